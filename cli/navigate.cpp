@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/navigate.hpp"
+
+#include <memory>
+
+#include "loxo/num/error.hpp"
+#include "loxo/text/nearest.hpp"
+
+namespace loxo::cli {
+namespace {
+
+void require_one_of(const std::string& value, const std::vector<std::string>& names, const std::string& option) {
+  for (const auto& n : names)
+    if (n == value) return;
+  throw Error(ErrorKind::kUsage, "'" + value + "' is not known" + suggestion(value, names), option);
+}
+
+}  // namespace
+
+void add_navigate(CLI::App& app, Globals& globals) {
+  auto o = std::make_shared<NavigateOptions>();
+  auto* sub = add_command(app, globals, "navigate", "a Solution from a recorded drive",
+                          "loxo navigate DRIVE --mode reckon -o solution.csv", [o, &globals]() -> int {
+                            require_one_of(o->mode, {"inertial", "reckon", "segmented", "filter", "smooth"}, "--mode");
+                            require_one_of(o->frame, {"geographic", "transverse", "grid", "wander", "ecef", "auto"}, "--frame");
+                            require_one_of(o->integrator, {"exact", "midpoint", "start-latitude"}, "--integrator");
+                            if (!o->vertical.empty())
+                              require_one_of(o->vertical, {"free", "fixed", "ship", "external"}, "--vertical");
+                            if (o->mode == "reckon") return navigate_reckon(globals, *o);
+                            if (o->mode == "inertial") return navigate_inertial(globals, *o);
+                            return navigate_filter(globals, *o);
+                          });
+  sub->add_option("DRIVE", o->drive, "the recorded drive")->required();
+  sub->add_option("--mode", o->mode, "inertial, reckon, segmented, filter, smooth");
+  sub->add_option("--frame", o->frame, "geographic, transverse, grid, wander, ecef, auto");
+  sub->add_option("--calibration", o->calibration, "certificate written by 'loxo calibrate -o'");
+  sub->add_option("--integrator", o->integrator, "exact, midpoint, start-latitude (reckon)");
+  sub->add_option("--meridian", o->meridian, "reference meridian of the transverse frame, as 0deg");
+  sub->add_option("--vertical", o->vertical, "free, fixed, ship, external");
+  sub->add_option("--output-rate", o->output_rate, "rate of text output, as 10Hz");
+  sub->add_option("--precision", o->precision, "significant digits; 0: reads back to the same double");
+  sub->add_flag("--force", o->force, "continue with a poor alignment");
+}
+
+}  // namespace loxo::cli

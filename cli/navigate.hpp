@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// `loxo navigate`: the options of all modes; one file per family of modes.
+#pragma once
+#include <string>
+
+#include "cli/command.hpp"
+#include "loxo/earth/frames.hpp"
+
+namespace loxo::cli {
+
+struct NavigateOptions {
+  std::string drive;
+  std::string mode = "reckon";          // inertial | reckon | segmented | filter | smooth
+  std::string frame = "auto";           // geographic | transverse | grid | wander | ecef | auto
+  std::string calibration;              // --calibration CERT
+  std::string integrator = "exact";     // exact | midpoint | start-latitude
+  std::string meridian = "0deg";        // reference meridian of the transverse frame
+  std::string vertical;                 // free | fixed | ship | external; "" = external where the drive has heights, else the mode's default
+  std::string output_rate = "10Hz";     // text; the binary form is at full rate
+  int precision = 0;
+  bool force = false;                   // continue with a poor alignment, with its honest sigma
+};
+
+int navigate_reckon(const Globals& globals, const NavigateOptions& options);    // navigate_reckon.cpp
+int navigate_inertial(const Globals& globals, const NavigateOptions& options);  // navigate_inertial.cpp
+int navigate_filter(const Globals& globals, const NavigateOptions& options);    // navigate_filter.cpp: segmented, filter, smooth
+
+}  // namespace loxo::cli

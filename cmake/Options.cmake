@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+# One set of flags for every translation unit: Eigen's and the lanes' types must agree everywhere.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+
+find_program(LOXO_CCACHE ccache)
+if(LOXO_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${LOXO_CCACHE})
+endif()
+
+# The processor: the best x86-64 level it has, unless LOXO_ARCH says otherwise (v2, v3, v4, native, none).
+set(LOXO_ARCH "auto" CACHE STRING "x86-64 level: auto, v2, v3, v4, none")
+set(loxo_arch ${LOXO_ARCH})
+if(loxo_arch STREQUAL "auto")
+  set(loxo_arch none)
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND EXISTS /proc/cpuinfo)
+    file(READ /proc/cpuinfo cpuinfo LIMIT 8192)
+    set(loxo_arch v2)
+    if(cpuinfo MATCHES "avx2" AND cpuinfo MATCHES "bmi2" AND cpuinfo MATCHES " fma")
+      set(loxo_arch v3)
+      if(cpuinfo MATCHES "avx512f" AND cpuinfo MATCHES "avx512dq" AND cpuinfo MATCHES "avx512vl" AND
+         cpuinfo MATCHES "avx512bw" AND cpuinfo MATCHES "avx512cd")
+        set(loxo_arch v4)
+      endif()
+    endif()
+  endif()
+endif()
+if(NOT loxo_arch STREQUAL "none")
+  add_compile_options(-march=x86-64-${loxo_arch})
+endif()
+message(STATUS "loxo: processor level ${loxo_arch}")
+
+# Bit identity between double and lanes, AVX2 and AVX-512 (docs/decisions/0002-bit-identity.md).
+add_compile_options(-ffp-contract=off -fno-math-errno)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  add_compile_options(-fno-tree-slp-vectorize -Wno-restrict)
+else()
+  add_compile_options(-fno-slp-vectorize)
+endif()
+add_compile_definitions(EIGEN_DONT_VECTORIZE EIGEN_MPL2_ONLY)
+
+add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor)
+if(LOXO_WERROR)
+  add_compile_options(-Werror)
+endif()

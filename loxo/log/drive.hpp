@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// A Log on disk: a folder with drive.toml and data files (or one .h5 file). The description is read whole; the
+// samples are streamed by the readers below, converted to SI, body axes right-forward-up, at the door.
+#pragma once
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "loxo/earth/ellipsoid.hpp"
+#include "loxo/ins/samples.hpp"
+#include "loxo/text/diagnostics.hpp"
+#include "loxo/text/toml.hpp"
+
+namespace loxo {
+
+// One section of sensors: which file, which columns, in which units.
+struct ChannelFile {
+  bool present = false;
+  std::string section;                         // "imu", "odometer" …
+  std::string file;                            // absolute or relative to the drive
+  std::map<std::string, std::vector<std::string>> columns;  // key of the section -> column names
+  std::map<std::string, std::string> units;    // key -> unit text, where given
+  double delay = 0;                            // s: the value at a stamp is what happened this much earlier
+};
+
+// Declared 1-sigma errors of the sensors; kNone where not declared. SI. Shared names with errors/sensor_errors.
+struct ImuErrors {
+  double gyro_bias = kNone, gyro_noise = kNone, accel_bias = kNone, accel_noise = kNone;  // rad/s, rad/sqrt(s), m/s^2, m/s/sqrt(s)
+  double gyro_bias_tau = kNone, accel_bias_tau = kNone;                                    // s
+  double gyro_scale = kNone, accel_scale = kNone;                                          // 1
+};
+struct OdometerErrors {
+  double scale_noise = kNone;     // white, 1 sigma of each increment relative to it
+  double quantisation = kNone;    // m
+  double side_slip = kNone;       // rad, white, per increment
+  double scale = kNone;           // 1 sigma of the constant, before calibration
+};
+struct AttitudeErrors {           // of [attitude] or of a [track]'s heading
+  double heading_bias = kNone;    // rad, initial azimuth error s_psi0
+  double heading_drift = kNone;   // rad/s, constant drift s_b
+  double heading_noise = kNone;   // rad/sqrt(s), angle random walk N
+};
+
+enum class HeadingModel { kIndependent, kMechanised };
+enum class HeadingReference { kTrue, kGrid };
+
+struct NamedBenchmark {
+  std::string name;
+  Benchmark point;
+};
+
+struct StartSection {
+  bool present = false;
+  double t = kNone, lat = kNone, lon = kNone, h = kNone;     // rad, m
+  std::optional<std::string> alignment_kind;                 // "static", "swaying", "gyrocompass", "stored" …
+  double alignment_duration = kNone;                         // s
+  double heading = kNone, pitch = kNone, roll = kNone;       // rad, attitude = { … }
+  double heading_std = kNone;                                // rad, attitude = { heading_std = … }
+  double ve = kNone, vn = kNone, vu = kNone;                 // m/s, velocity at the start
+  bool has_state = false;                                    // state = { … }: ECEF, means something at the pole
+  double state_t = kNone, r[3]{}, v[3]{}, q[4]{1, 0, 0, 0};  // q body -> ECEF, scalar first
+};
+
+// drive.toml, read and checked. Throws Error(kInput) naming file:line and key for every fault.
+struct Drive {
+  std::string path;      // as given by the user
+  std::string folder;    // where relative files are looked for
+  std::string toml;      // the text of drive.toml (for copying by transfer and convert)
+  std::string name;
+  Ellipsoid ellipsoid;
+
+  ChannelFile imu;
+  std::string imu_kind = "rate";      // rate | increment
+  std::string imu_stamp = "end";      // end | middle | instant
+  std::string imu_axes = "RFU";
+  ImuErrors imu_errors;
+  double imu_gyro_range = kNone, imu_accel_range = kNone;  // saturation, optional
+
+  ChannelFile odometer;
+  std::string odometer_kind = "pulses";  // pulses | counter | distance | speed
+  double odometer_scale = 1.0;           // m/pulse, or 1 for distance and speed
+  double odometer_lever[3]{};            // m, RFU
+  bool odometer_lever_given = false;
+  double odometer_mounting_heading = 0, odometer_mounting_pitch = 0;  // rad
+  OdometerErrors odometer_errors;
+
+  ChannelFile attitude;
+  ChannelFile track;
+  AttitudeErrors attitude_errors;
+  HeadingModel heading_model = HeadingModel::kIndependent;
+  bool heading_model_given = false;
+  bool earth_rate = false;
+  HeadingReference heading_reference = HeadingReference::kTrue;
+  double track_scale = 1.0;              // k and eps already known, taken out before use
+  double track_heading_offset = 0.0;     // rad
+  bool track_heading_is_step = false;    // columns.heading_step: increments
+
+  std::vector<NamedBenchmark> benchmarks;
+  ChannelFile fix;
+  double fix_lever[3]{};
+  double fix_std = kNone, fix_velocity_std = kNone;  // where no std columns: errors = { position = "3 m", velocity = "0.1 m/s" }
+  ChannelFile velocity;
+  ChannelFile heading;
+  double heading_std = kNone;
+  ChannelFile height;
+  double height_std = kNone;
+  StartSection start;
+  ChannelFile reference;
+
+  Diagnostics diagnostics;
+};
+
+// PATH: a folder with drive.toml, a .toml file, or a .h5 drive. `sets`: --set key=value, applied before checking.
+Drive read_drive(const std::string& path, const std::vector<std::string>& sets = {});
+
+// IMU samples in time order as increments over (previous stamp, this stamp], RFU, SI. Rates are turned into
+// increments with the stamp's meaning. Bad rows, gaps (> 1.5 and > 3 intervals), time going back, duplicates,
+// saturation, wrong units or axes (norm of specific force, Earth rate) are told to the diagnostics.
+class ImuReader {
+ public:
+  ImuReader(const Drive& drive, Diagnostics& diagnostics);
+  ~ImuReader();
+  bool next(ImuIncrement<double>& sample);
+  double interval() const;  // s, nominal: median of the first 1000 steps
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Whole channels in memory (they are small beside the IMU). Each applies `delay` to its stamps.
+std::vector<OdometerTick> read_odometer(const Drive& drive, Diagnostics& diagnostics);
+std::vector<AttitudeSample> read_attitude(const Drive& drive, Diagnostics& diagnostics);
+// The track's rows; or, without [track], built from [odometer] + [attitude]: one step between odometer stamps,
+// heading and pitch at mid-step. Scale and heading offset already known are taken out.
+std::vector<TrackStep> read_track(const Drive& drive, Diagnostics& diagnostics);
+std::vector<Fix> read_fixes(const Drive& drive, Diagnostics& diagnostics);
+std::vector<HeadingSample> read_headings(const Drive& drive, Diagnostics& diagnostics);
+std::vector<HeightSample> read_heights(const Drive& drive, Diagnostics& diagnostics);
+std::vector<VelocitySample> read_velocities(const Drive& drive, Diagnostics& diagnostics);
+
+}  // namespace loxo
