@@ -2,6 +2,7 @@
 // What sensors say, in SI, body axes right-forward-up: the values that walk from log/ and sim/ into the kernels.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
 #include "loxo/earth/frames.hpp"
@@ -18,10 +19,17 @@ struct ImuIncrement {
   Vec<Body, S> dtheta, dv;
 };
 
+// How the recorded heading came about (vehicle.md 1.5): kept by something that knows where it is (H1), or by the
+// dead reckoning itself with its own wrong position (H2).
+enum class HeadingModel { kIndependent, kMechanised };
+// Heading from true north, or from grid north: G = psi - lon in the north, psi + lon in the south.
+enum class HeadingReference { kTrue, kGrid };
+
 // One step of dead reckoning that ends at t: distance [m] as recorded (negative when reversing), heading for
 // the whole step, i.e. at mid-step [rad, clockwise from true or grid north], pitch [rad, bow up +], height [m].
 struct TrackStep {
   double t = 0, ds = 0, heading = 0, pitch = 0, h = 0;
+  std::uint32_t row = 0;  // data rows of the file when this step ended, bad ones counted; 0: not from a file
 };
 
 // An odometer reading in metres or m/s (already scaled by the value in use).

@@ -43,9 +43,6 @@ struct AttitudeErrors {           // of [attitude] or of a [track]'s heading
   double heading_noise = kNone;   // rad/sqrt(s), angle random walk N
 };
 
-enum class HeadingModel { kIndependent, kMechanised };
-enum class HeadingReference { kTrue, kGrid };
-
 struct NamedBenchmark {
   std::string name;
   Benchmark point;
