@@ -8,6 +8,7 @@
 
 #include "loxo/text/diagnostics.hpp"
 #include "loxo/text/json.hpp"
+#include "loxo/text/quantity.hpp"
 
 namespace loxo::cli {
 
