@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// "The data is dirty": what a reader or a method noticed and did not repair in silence. Counted by kind; the
-// first few of each kind are kept with their place, for the terminal, --json and the report.
+// "The data is dirty": what a reader or a method noticed and did not repair in silence. Counted by
+// kind; the first few of each kind are kept with their place, for the terminal, --json and the
+// report.
 #pragma once
 #include <cstddef>
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The door of JSON. Numbers are written so that they read back to the same double; NaN becomes null.
+// The door of JSON. Numbers are written so that they read back to the same double; NaN becomes
+// null.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>

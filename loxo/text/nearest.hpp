@@ -8,7 +8,8 @@
 
 namespace loxo {
 
-// The nearest candidate by edit distance (case-insensitive), or "" if none is near (more than half differs).
+// The nearest candidate by edit distance (case-insensitive), or "" if none is near (more than half
+// differs).
 std::string nearest(std::string_view name, std::span<const std::string> candidates);
 // "; did you mean 'X'?" or, with nothing near, "; valid: a, b, c" (at most 12 named).
 std::string suggestion(std::string_view name, std::span<const std::string> candidates);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The door of TOML: a parsed table that remembers where every key stands and which keys were asked for, so that an
-// unknown key is refused with its line and the nearest valid name.
+// The door of TOML: a parsed table that remembers where every key stands and which keys were asked
+// for, so that an unknown key is refused with its line and the nearest valid name.
 #pragma once
 #include <array>
 #include <memory>
@@ -25,7 +25,8 @@ class TomlTable {
   std::string where(std::string_view key) const;  // "file:line:column: key section.key"
   std::string path() const;                       // dotted name of this table
 
-  // Every getter throws Error(kInput, …, where) for a wrong type. `get_*` return nullopt when the key is absent.
+  // Every getter throws Error(kInput, …, where) for a wrong type. `get_*` return nullopt when the
+  // key is absent.
   std::optional<std::string> get_string(std::string_view key) const;
   std::optional<double> get_number(std::string_view key) const;  // a bare number
   std::optional<long long> get_integer(std::string_view key) const;
@@ -37,7 +38,8 @@ class TomlTable {
   std::optional<std::vector<double>> get_numbers(std::string_view key) const;
   std::optional<std::vector<double>> get_quantities(std::string_view key, Dimension d) const;
   std::optional<TomlTable> get_table(std::string_view key) const;
-  std::vector<TomlTable> get_tables(std::string_view key) const;  // array of tables; empty if absent
+  std::vector<TomlTable> get_tables(
+      std::string_view key) const;  // array of tables; empty if absent
   // As get_*, but a missing key throws Error(kInput).
   std::string need_string(std::string_view key) const;
   double need_number(std::string_view key) const;
@@ -45,8 +47,8 @@ class TomlTable {
 
   // `--set a.b=value`: replaces or adds, value parsed as TOML, as text where that fails.
   void set(std::string_view dotted_key, std::string_view value);
-  // Throws Error(kInput) for the first key, here and in all sub-tables, that nobody asked for (has/get/need), with the nearest
-  // of those that were asked for.
+  // Throws Error(kInput) for the first key, here and in all sub-tables, that nobody asked for
+  // (has/get/need), with the nearest of those that were asked for.
   void refuse_unknown() const;
 
  private:
