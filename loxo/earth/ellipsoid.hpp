@@ -20,9 +20,9 @@ struct Ellipsoid {
   double g_constant = 0;            // > 0: gravity is this constant [m/s^2] (the papers' sphere); 0: Somigliana
   double rectifying_radius = 0;     // [m]: meridian arc = rectifying_radius * mu
   double quarter_meridian = 0;      // [m]
-  // Krueger/Helmert series in n, order 8 (index 1..8): mu from phi, phi from mu; alpha, beta of the
-  // Gauss-Krueger forward and inverse.
-  double mu_of_phi[9]{}, phi_of_mu[9]{}, alpha[9]{}, beta[9]{};
+  // Krueger/Helmert series in n, order 8 (index 1..8): y = x + sum_j c[j] sin(2 j x), between geodetic (phi),
+  // rectifying (mu) and conformal (chi) latitude; mu of chi and chi of mu are Gauss-Krueger's, there of complex x.
+  double mu_of_phi[9]{}, phi_of_mu[9]{}, chi_of_phi[9]{}, phi_of_chi[9]{}, mu_of_chi[9]{}, chi_of_mu[9]{};
 };
 
 // Throws Error(kInput) for a <= 0 or f outside [0, 0.1].
