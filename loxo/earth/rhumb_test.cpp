@@ -124,10 +124,14 @@ TEST(Rhumb, InverseAndDirectAgreeWithGeographicLib) {  // (V-8), (V-17)
                    dlon = std::fabs(wrap_pi(d.lon - lon2 * deg)) * std::cos(lat2 * deg);
       ASSERT_LT(dlat, kDirectGoal + rounding)
           << ell.name << " " << p.lat1 << " " << azimuth << " " << distance;
-      // Four such roundings: latitude and rectifying latitude, ours and the oracle's (in degrees).
+      const double dq = isometric_latitude(ell, lat2 * deg) - isometric_latitude(ell, p.lat1 * deg);
+      // The roundings before a near pole multiply, the oracle's in degrees too: sixteen units in
+      // the latitude's last place.
       const double moved = rhumb_direct(ell, near1, p.lon1 * deg, azimuth * deg, distance).lon;
+      // A turn of several radians carries four roundings relative to itself, ours and the oracle's.
+      const double turned = 9e-16 * std::fabs(std::tan(azimuth * deg) * dq) * std::cos(lat2 * deg);
       const double shift = std::fabs(wrap_pi(moved - d.lon)) * std::cos(lat2 * deg);
-      ASSERT_LT(dlon, kDirectGoal + rounding + 4 * shift)
+      ASSERT_LT(dlon, kDirectGoal + rounding + turned + 16 * shift)
           << ell.name << " " << p.lat1 << " " << azimuth << " " << distance;
       worst_lat = std::max(worst_lat, dlat);
       worst_lon = std::max(worst_lon, dlon);
