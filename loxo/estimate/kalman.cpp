@@ -110,6 +110,15 @@ void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<
   }
 }
 
+void advance_product(double (*f)[Covariance<kStates>::kStride], const ErrorTransition<double>& t,
+                     const AccumulatorTransition<double>* acc) {
+  constexpr int kLd = Covariance<kStates>::kStride;
+  alignas(64) double y[12][kLd];
+  apply<kStates, kLd, kLd, kLd, double>(y, t, acc, f);
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < kLd; ++j) f[i < 9 ? i : kAcc + i - 9][j] = y[i][j];
+}
+
 template <int N, Real S>
 void project(const Covariance<N, S>& P, const SparseRow<S>& h, Projection<N, S>& out) {
   constexpr int kLd = Covariance<N, S>::kStride;

@@ -33,6 +33,10 @@ struct AccumulatorTransition {
 template <int N, Real S>
 void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<S>& q, const AccumulatorTransition<S>* acc = nullptr);
 
+// F <- Phi F for the moving rows (0-8 and 28-30) of a 31-state product of transitions; the constants' rows stay.
+void advance_product(double (*f)[Covariance<kStates>::kStride], const ErrorTransition<double>& t,
+                     const AccumulatorTransition<double>* acc);
+
 // A row of H by its non-zero elements.
 template <Real S = double>
 struct SparseRow {

@@ -1,0 +1,657 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loxo/estimate/navigator.hpp"
+
+#include <algorithm>
+
+#include "loxo/earth/attitude.hpp"
+#include "loxo/earth/geodetic.hpp"
+#include "loxo/earth/gravity.hpp"
+#include "loxo/errors/level_errors.hpp"
+#include "loxo/num/units.hpp"
+
+namespace loxo {
+namespace {
+
+// chi2 quantiles of 1, 2, 3 degrees: 0.95 and 1 - 1e-6 ([EST-9], vectors).
+constexpr double kChi95[4] = {0, 3.841458820694124, 5.991464547107979, 7.814727903251179};
+constexpr double kChiGate[4] = {0, 23.92812697687947, 27.631021115871036, 30.66484962115624};
+
+template <class T>
+class Ring {  // fixed capacity, time order kept by insertion from the back
+ public:
+  explicit Ring(std::size_t capacity) : data_(capacity) {}
+  bool empty() const { return n_ == 0; }
+  const T& front() const { return data_[first_]; }
+  void pop() {
+    first_ = (first_ + 1) % data_.size();
+    --n_;
+  }
+  bool push(const T& x) {
+    if (n_ == data_.size()) return false;
+    std::size_t i = n_;
+    while (i > 0 && at(i - 1).t > x.t) {
+      at(i) = at(i - 1);
+      --i;
+    }
+    at(i) = x;
+    ++n_;
+    return true;
+  }
+  void clear() { n_ = 0; }
+
+ private:
+  T& at(std::size_t i) { return data_[(first_ + i) % data_.size()]; }
+  std::vector<T> data_;
+  std::size_t first_ = 0, n_ = 0;
+};
+
+Vec<Ecef> row_of(const Block3<>& c, int i) { return {c.m[i][0], c.m[i][1], c.m[i][2]}; }
+
+// Level axes that mean something everywhere: geographic, or by longitude 0 within a metre of the pole.
+Rot<Geographic, Ecef> level_at(const Geodetic<double>& p) { return geographic_axes(p.lat, p.lon); }
+
+}  // namespace
+
+struct Navigator::Pending {
+  Ring<OdometerTick> ticks{4096};
+  Ring<Fix> fixes{1024};
+  Ring<HeadingSample> headings{1024};
+  Ring<HeightSample> heights{1024};
+  Ring<VelocitySample> velocities{1024};
+  double last_tick = -1e300;
+};
+
+const char* sensor_name(Sensor s) {
+  static const char* const names[] = {"odometer", "nhc_right", "nhc_up", "zero_velocity", "zero_rate",
+                                      "fix",      "fix_velocity", "heading", "height", "velocity"};
+  return names[static_cast<int>(s)];
+}
+
+Navigator::Navigator(const NavigatorConfig& config)
+    : config_(config),
+      product_(std::make_unique<TransitionProduct>()),
+      detector_(config.standstill),
+      pending_(std::make_unique<Pending>()) {}
+Navigator::~Navigator() = default;
+
+void Navigator::start(const NavigatorStart& start) {
+  s_ = start.state;
+  P_ = start.P;
+  h0_ = to_normal(config_.ellipsoid, s_.r).h;
+  mounting_ = mounting_axes(s_.eps_h, s_.eps_p);
+  product_->clear();
+  std::fill(std::begin(x_), std::end(x_), 0.0);
+  stopped_t_ = s_.t;
+  if (tape_) tape_->epoch(s_, P_, health());
+}
+
+bool Navigator::odometer(const OdometerTick& tick) {
+  if (!(tick.t > pending_->last_tick)) return false;
+  if (!pending_->ticks.push(tick)) return false;
+  pending_->last_tick = tick.t;
+  return true;
+}
+bool Navigator::fix(const Fix& f) { return pending_->fixes.push(f); }
+bool Navigator::heading(const HeadingSample& h) { return pending_->headings.push(h); }
+bool Navigator::height(const HeightSample& h) { return pending_->heights.push(h); }
+bool Navigator::velocity(const VelocitySample& v) { return pending_->velocities.push(v); }
+
+// age > 0: the measurement was valid that long before the strapdown's time.
+MeasurementPoint Navigator::point(double age) const {
+  MeasurementPoint p;
+  const Rot<Ecef, Body> C = to_matrix(s_.q);
+  p.C = age == 0 ? C : to_matrix(normalized(s_.q * exp_rotation<Body, Body>(w_eb_ * (-age))));
+  p.a = a_;
+  p.v = s_.v - a_ * age;
+  p.r = s_.r - (s_.v - a_ * (0.5 * age)) * age;
+  p.w_eb = w_eb_;
+  p.w_ie = {0, 0, config_.ellipsoid.w_ie};
+  return p;
+}
+
+void Navigator::imu(const ImuIncrement<double>& sample) {
+  const double gap = sample.t - s_.t;
+  if (!(gap > 0)) return;
+  health_ = 0;
+  const double nominal = config_.imu_interval;
+  if (gap > 3.0 * nominal || sample.dt > 3.0 * nominal) {
+    // 1.5: interpolated between the rates on both sides, with the noise of what may have happened.
+    ++events_.gaps;
+    health_ |= kHealthGap;
+    if (gap > 2.0) {
+      ++events_.long_gaps;
+      standing_health_ |= kHealthUncovered;
+    }
+    const int n = std::max(1, static_cast<int>(std::min(1e6, std::ceil(gap / std::max(nominal, 0.01)))));
+    const double h = gap / n, per = 1.0 / max(sample.dt, 1e-9);
+    const Vec<Body> w1 = sample.dtheta * per, f1 = sample.dv * per;
+    const bool known = last_dt_ > 0;
+    const Vec<Body> w0 = known ? w_meas_ : w1, f0 = known ? f_meas_ : f1;
+    for (int i = 0; i < n; ++i) {
+      const double u = (i + 0.5) / n;
+      step(h, (w0 * (1 - u) + w1 * u) * h, (f0 * (1 - u) + f1 * u) * h, config_.gap_rate * config_.gap_rate * gap * h,
+           config_.gap_force * config_.gap_force * gap * h);
+      run_pending();
+    }
+    s_.t = sample.t;
+  } else {
+    step(gap, sample.dtheta * (gap / sample.dt), sample.dv * (gap / sample.dt), 0, 0);
+    s_.t = sample.t;
+    stand_still_epoch();
+    side_epoch();
+    run_pending();
+  }
+  epoch_age_ += gap;
+  if (tape_ && epoch_age_ >= config_.product_epoch * (1 - 1e-9)) {
+    tape_flush();
+    tape_->epoch(s_, P_, health());
+    epoch_age_ = 0;
+  }
+  const double speed2 = dot(s_.v, s_.v), h = norm(s_.r - Point<Ecef>{});
+  if (!(speed2 < 1e8) || !(h > 6.2e6 && h < 7.5e6) || !(P_.p[kDr][kDr] >= 0)) {
+    diverged_ = true;
+    standing_health_ |= kHealthDiverged;
+  }
+}
+
+void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m, double extra_psi, double extra_dv) {
+  const Ellipsoid& ell = config_.ellipsoid;
+  auto corrected = [](const Vec<Body>& x, const Vec<Body>& b, const Vec<Body>& g, double h) {
+    return Vec<Body>{(x.x - b.x * h) / (1 + g.x), (x.y - b.y * h) / (1 + g.y), (x.z - b.z * h) / (1 + g.z)};
+  };
+  const Vec<Body> dtheta = corrected(dtheta_m, s_.bg, s_.sg, dt), dv = corrected(dv_m, s_.ba, s_.sa, dt);
+  const double rate = 1.0 / dt;
+  w_meas_ = dtheta_m * rate;
+  f_meas_ = dv_m * rate;
+  const Vec<Ecef> w_ie{0, 0, ell.w_ie};
+  const Vec<Body> w = dtheta * rate;
+  f_ = dv * rate;
+
+  // One-sample coning and sculling with the increments before (polar.md 3.2's terms, rate carried over).
+  const bool same = last_dt_ > 0 && fabs(last_dt_ - dt) < 0.01 * dt;
+  const Vec<Body> rho = same ? dtheta + (1.0 / 12.0) * cross(last_dtheta_, dtheta) : dtheta;
+  Vec<Body> dvs = dv + 0.5 * cross(dtheta, dv) + (1.0 / 6.0) * cross(dtheta, cross(dtheta, dv));
+  if (same) dvs = dvs + (1.0 / 12.0) * (cross(last_dtheta_, dv) + cross(last_dv_, dtheta));
+  last_dtheta_ = dtheta;
+  last_dv_ = dv;
+  last_dt_ = dt;
+
+  const NormalHeight<double> place = to_normal(ell, s_.r + s_.v * (0.5 * dt));
+  const Vec<Ecef> g = place.n * (-normal_gravity(ell, place.n.z, place.h));
+  const Rot<Ecef, Body> C0 = to_matrix(s_.q);
+  const Vec<Ecef> c = C0 * dvs;
+  const Vec<Ecef> first = c - (0.5 * dt) * cross(w_ie, c);
+  Vec<Ecef> v1 = s_.v + first + dt * (g - 2.0 * cross(w_ie, s_.v));
+  v1 = s_.v + first + dt * (g - cross(w_ie, s_.v + v1));  // Coriolis at the mean velocity
+  const Quat<Ecef, Body> q_half = exp_rotation<Ecef, Ecef>(w_ie * (-0.5 * dt)) * s_.q * exp_rotation<Body, Body>(0.5 * rho);
+  const Vec<Ecef> v_mid = 0.5 * (s_.v + v1);
+
+  MeasurementPoint mid;
+  mid.C = to_matrix(q_half);
+  mid.v = v_mid;
+  mid.w_ie = w_ie;
+  w_eb_ = w - transpose(mid.C) * w_ie;
+  mid.w_eb = w_eb_;
+  a_ = (v1 - s_.v) * rate;
+
+  ErrorPoint<Ecef> p;
+  p.C_mb = mid.C;
+  p.v = v_mid;
+  p.w_ie = w_ie;
+  p.w = w;
+  p.f = f_;
+  p.gradient = gravity_gradient(ell, place.n, place.h);
+  const ErrorTransition<double> t = error_transition(p, dt);
+  ErrorNoise<double> q = error_noise(config_.gyro_noise, config_.accel_noise, dt, mid.C * dv);
+  q.psi += extra_psi;
+  q.dv += extra_dv;
+  const double wg = config_.bias_moving * config_.gyro_bias, wa = config_.bias_moving * config_.accel_bias;
+  q.bg = 2.0 * wg * wg * dt / config_.gyro_bias_tau;
+  q.ba = 2.0 * wa * wa * dt / config_.accel_bias_tau;
+  const AccumulatorTransition<double> acc = accumulator_transition(mid, s_, mounting_, dt);
+  predict(P_, t, q, &acc);
+  if (tape_) product_->advance(t, acc);
+
+  double d[3];
+  accumulator_rate(mid, s_, mounting_, d);
+  for (int i = 0; i < 3; ++i) s_.d[i] += dt * d[i];
+  // [EST-13]: slip is process noise of the accumulators, and the walks of the odometer's constants.
+  const double v2 = min(1.0, d[1] * d[1]);
+  const double side_a = dot(w_eb_, Vec<Body>{0, 0, 1}) * d[1];
+  const double slip = config_.slip_noise * d[1];
+  P_.p[kAcc][kAcc] += dt * (config_.nhc_side * config_.nhc_side * v2 + config_.nhc_turn * config_.nhc_turn * side_a * side_a + slip * slip * tick_side_);
+  P_.p[kAcc + 2][kAcc + 2] += dt * config_.nhc_up * config_.nhc_up * v2;
+  if (config_.use_odometer) {
+    P_.p[kScale][kScale] += config_.scale_walk * config_.scale_walk * dt;
+    P_.p[kTau][kTau] += config_.tau_walk * config_.tau_walk * dt;
+  }
+
+  s_.r = s_.r + v_mid * dt;
+  s_.v = v1;
+  s_.q = normalized(exp_rotation<Ecef, Ecef>(w_ie * (-dt)) * s_.q * exp_rotation<Body, Body>(rho));
+  s_.t += dt;
+  nhc_age_ += dt;
+  vertical_age_ += dt;
+}
+
+void Navigator::tape_flush() {
+  if (!tape_ || product_->identity) return;
+  tape_->transition(*product_);
+  product_->clear();
+}
+
+bool Navigator::scalar(Sensor sensor, const ScalarMeasurement& m, double z, double r, const Gate& gate, Weighed* out) {
+  Projection<kStates> a;
+  project(P_, m.row, a);
+  double hx = 0;
+  for (int k = 0; k < m.row.n; ++k) hx += m.row.value[k] * x_[m.row.index[k]];
+  const double y = z - m.h - hx;
+  const Weighed w = weigh(y, a.s0, r, gate);
+  counts_[static_cast<int>(sensor)].add(y, a.s0 + r, w);
+  if (out) *out = w;
+  if (w.verdict == Verdict::kRejected) {
+    health_ |= kHealthRejected;
+    return false;
+  }
+  if (tape_) {
+    tape_flush();
+    double gain[kStates];
+    update(P_, x_, a, y, w.r, true, gain);
+    tape_->measurement(m.row, a.s0 + w.r, y, gain);
+  } else {
+    update(P_, x_, a, y, w.r, true);
+  }
+  touched_ = true;
+  return true;
+}
+
+// The end of an epoch: closed loop, no estimate survives it. [EST-6], [EST-7]
+void Navigator::close() {
+  if (!touched_) return;
+  feed_back(s_, x_);
+  const double psi2 = x_[0] * x_[0] + x_[1] * x_[1] + x_[2] * x_[2];
+  if (psi2 > 1e-6) {
+    reset_attitude(P_, x_);
+    if (tape_) product_->reset_attitude(x_);
+  }
+  mounting_ = mounting_axes(s_.eps_h, s_.eps_p);
+  std::fill(std::begin(x_), std::end(x_), 0.0);
+  touched_ = false;
+}
+
+void Navigator::reset_accumulator(int axis, double value) {
+  s_.d[axis] = value;
+  const int i = kAcc + axis;
+  for (int j = 0; j < kStates; ++j) P_.p[i][j] = P_.p[j][i] = 0;
+  if (tape_) product_->reset_accumulator(axis);
+}
+
+void Navigator::stand_still_epoch() {
+  const Vec<Body> rest = s_.bg + transpose(to_matrix(s_.q)) * Vec<Ecef>{0, 0, config_.ellipsoid.w_ie};
+  detector_.sample(last_dt_, w_meas_, f_meas_, rest);
+  const double speed = norm(s_.v);
+  const double limit =
+      4.0 * sqrt(P_.p[3][3] + P_.p[4][4] + P_.p[5][5] + config_.zupt_std * config_.zupt_std) + 0.3;
+  const StandstillVerdict v = detector_.judge(s_.t, speed, limit);
+  if (!v.complete) return;
+  standing_ = v.standing;
+  standing_health_ &= ~static_cast<std::uint32_t>(kHealthDeadEncoder);
+  if (v.standing == Standing::kDeadEncoder) {
+    if (!(events_.first_dead <= s_.t)) events_.first_dead = s_.t;
+    events_.dead_encoder += v.length;
+    standing_health_ |= kHealthDeadEncoder;
+  }
+  if (v.standing != Standing::kStanding && v.standing != Standing::kSpin) return;
+  events_.standing += v.length;
+  stopped_t_ = s_.t;
+  rejected_since_ = 1e300;
+  const MeasurementPoint p = point(0);
+  const Gate open{config_.gate.c, 0};  // decided by the witnesses, not by a gate
+  if (config_.use_zupt) {
+    const double r = config_.zupt_std * config_.zupt_std / v.length;  // the figure is for 1 Hz
+    for (int i = 0; i < 3; ++i) scalar(Sensor::kZeroVelocity, zero_velocity(p, i), 0.0, r, open);
+  }
+  if (config_.use_zaru) {
+    const double white = config_.gyro_noise * config_.gyro_noise / v.length;
+    const double z[3] = {v.mean_w.x, v.mean_w.y, v.mean_w.z};
+    for (int i = 0; i < 3; ++i)
+      scalar(Sensor::kZeroRate, zero_rate(p, s_, i), z[i], white + config_.zaru_sway[i] * config_.zaru_sway[i], open);
+  }
+  close();
+}
+
+void Navigator::side_epoch() {
+  if (config_.vertical_std > 0 && vertical_age_ >= 1.0 - 1e-9) {
+    vertical_age_ = 0;
+    const MeasurementPoint p = point(0);
+    const NormalHeight<double> n = to_normal(config_.ellipsoid, s_.r);
+    const Point<Ecef> held = from_normal(config_.ellipsoid, NormalHeight<double>{n.n, h0_});
+    scalar(Sensor::kHeight, position_along(p, Vec<Body>{}, n.n, held), 0.0, config_.vertical_std * config_.vertical_std, Gate{config_.gate.c, 0});
+    close();
+  }
+  if (nhc_age_ < config_.nhc_epoch * (1 - 1e-9)) return;
+  nhc_age_ = 0;
+  if (config_.use_nhc) {
+    const double r = config_.nhc_std * config_.nhc_std;
+    scalar(Sensor::kSide, accumulated_side(s_, 0), 0.0, r, config_.gate);
+    scalar(Sensor::kUp, accumulated_side(s_, 2), 0.0, r, config_.gate);
+    close();
+  }
+  reset_accumulator(0, 0.0);
+  reset_accumulator(2, 0.0);
+}
+
+void Navigator::run_pending() {
+  Pending& q = *pending_;
+  while (!q.ticks.empty() && q.ticks.front().t - s_.tau <= s_.t + 1e-9) {
+    const OdometerTick tick = q.ticks.front();
+    q.ticks.pop();
+    use_tick(tick);
+  }
+  while (!q.fixes.empty() && q.fixes.front().t <= s_.t + 1e-9) {
+    const Fix f = q.fixes.front();
+    q.fixes.pop();
+    use_fix(f);
+  }
+  const Gate open{config_.gate.c, 0};
+  while (!q.headings.empty() && q.headings.front().t <= s_.t + 1e-9) {
+    const HeadingSample z = q.headings.front();
+    q.headings.pop();
+    const MeasurementPoint p = point(s_.t - z.t);
+    const NormalHeight<double> n = to_normal(config_.ellipsoid, p.r);
+    const LevelAxes<double> a = geographic_level_axes(config_.ellipsoid, n.n, n.h);
+    const ScalarMeasurement m =
+        heading_in(p, row_of(a.C_me, 0), row_of(a.C_me, 1), n.n, a.azimuth_turn);
+    const double sd = z.std > 0 ? z.std : config_.heading_std;
+    scalar(Sensor::kHeading, m, m.h + wrap_pi(z.heading - m.h), sd * sd, config_.gate);
+    close();
+  }
+  while (!q.heights.empty() && q.heights.front().t <= s_.t + 1e-9) {
+    const HeightSample z = q.heights.front();
+    q.heights.pop();
+    const MeasurementPoint p = point(s_.t - z.t);
+    const NormalHeight<double> n = to_normal(config_.ellipsoid, p.r);
+    const Point<Ecef> held = from_normal(config_.ellipsoid, NormalHeight<double>{n.n, z.h});
+    scalar(Sensor::kHeight, position_along(p, Vec<Body>{}, n.n, held), 0.0, config_.height_std * config_.height_std, open);
+    if (z.rate == z.rate)
+      scalar(Sensor::kHeight, velocity_along(p, Vec<Body>{}, n.n), z.rate, 0.01, open);
+    close();
+  }
+  while (!q.velocities.empty() && q.velocities.front().t <= s_.t + 1e-9) {
+    const VelocitySample z = q.velocities.front();
+    q.velocities.pop();
+    const MeasurementPoint p = point(s_.t - z.t);
+    const Geodetic<double> g = to_geodetic(config_.ellipsoid, p.r);
+    const Block3<> level = block_of(level_at(g));
+    const double r = config_.velocity_std * config_.velocity_std;
+    for (int i = 0; i < 3; ++i)
+      if (z.v[i] == z.v[i])
+        scalar(Sensor::kVelocity, z.level ? velocity_along(p, Vec<Body>{}, row_of(level, i)) : body_velocity(p, Vec<Body>{}, i), z.v[i], r,
+               config_.gate);
+    close();
+  }
+}
+
+void Navigator::judge_odometer(const Weighed& w, double y, double t) {
+  if (w.verdict == Verdict::kRejected) {
+    health_ |= kHealthSlip;
+    (y > 0 ? events_.slip : events_.skid) += 1;
+    if (!(events_.first_slip <= t)) events_.first_slip = t;
+    if (rejected_since_ > t) rejected_since_ = t;
+  } else {
+    if (w.verdict == Verdict::kAsIs && standing_health_ & kHealthSlip) standing_health_ &= ~static_cast<std::uint32_t>(kHealthSlip);
+    rejected_since_ = 1e300;
+    return;
+  }
+  // Rejection must end (1.7): no second witness says which is wrong, so the filter's own certainty is what gives way.
+  if (t - rejected_since_ > config_.lock_time && t - inflated_t_ >= 1.0) {
+    inflated_t_ = t;
+    ++events_.lock_recoveries;
+    standing_health_ |= kHealthSlip | kHealthUncovered;
+    for (int i = 0; i < 6; ++i) P_.p[i][i] *= 2.0;
+    if (t - rejected_since_ > 60.0 && standing_ != Standing::kDeadEncoder) standing_health_ |= kHealthDiverged;
+  }
+}
+
+void Navigator::use_tick(const OdometerTick& tick) {
+  const double tv = tick.t - s_.tau, age = s_.t - tv;
+  const double interval = have_tick_ ? tick.t - tick_t_ : 0.0;
+  double speed = tick.is_speed ? tick.value : interval > 0 ? tick.value / interval : 0.0;
+  const double before = tick_t_;
+  const bool first = !have_tick_;
+  tick_t_ = tick.t;
+  have_tick_ = true;
+  detector_.wheel(s_.t, speed, interval);
+  if (!config_.use_odometer) return;
+  const MeasurementPoint p = point(age);
+  const double forward = dot(mounting_.axis[1], transpose(p.C) * p.v);
+  const double forward_std = sqrt(P_.p[3][3] + P_.p[4][4] + P_.p[5][5]);
+  double sign = 1.0;
+  if (config_.unsigned_wheel && forward < -0.3 && forward < -3.0 * forward_std) {
+    sign = -1.0;
+    if (fabs(speed) > config_.standstill.wheel_quiet) ++events_.signs_turned;
+  }
+  const Vec<Body> ab = transpose(p.C) * p.a;
+  const double a_forward = dot(mounting_.axis[1], ab);
+  if (tick.is_speed) {
+    // Zero readings carry no scale: standing is section 3's to say.
+    if (fabs(tick.value) < config_.standstill.wheel_quiet || standing_ == Standing::kDeadEncoder) return;
+    const ScalarMeasurement m = vehicle_velocity(p, s_, mounting_, 1, true);
+    // Errors of a wheel's speed are correlated over a second: the figure is for 1 Hz.
+    const double rate = interval > 0 && interval < 1.0 ? 1.0 / interval : 1.0;
+    const double jitter = config_.stamp_jitter * a_forward;
+    const double r = (config_.speed_std * config_.speed_std + jitter * jitter) * rate;
+    Weighed w;
+    const double y = sign * tick.value - m.h;
+    scalar(Sensor::kOdometer, m, sign * tick.value, r, config_.gate, &w);
+    close();
+    judge_odometer(w, y, s_.t);
+    return;
+  }
+  // Distance: summed over at least an epoch, so that quantisation of the ticks between cancels.
+  tick_side_ = interval > 0 ? interval : 0.0;
+  const double rest = dot(mounting_.axis[1], transpose(p.C) * p.v + cross(p.w_eb, s_.lever)) * age;
+  if (first || interval > 10.0) {
+    tick_sum_ = tick_noise_ = 0;
+    tick_begin_ = tick.t;
+    tick_begin_speed_ = s_.scale * forward;
+    reset_accumulator(1, rest);
+    return;
+  }
+  tick_sum_ += sign * tick.value;
+  const double noise = config_.scale_noise * tick.value;
+  tick_noise_ += noise * noise;
+  (void)before;
+  if (tick.t - tick_begin_ < config_.odometer_epoch * (1 - 1e-9)) return;
+  const bool zero = fabs(tick_sum_) < config_.standstill.wheel_quiet * (tick.t - tick_begin_);
+  if (!zero && standing_ != Standing::kDeadEncoder) {
+    s_.d[1] -= rest;
+    ScalarMeasurement m = accumulated_distance(s_, s_.scale * forward - tick_begin_speed_);
+    const double q = config_.quantisation, jitter = config_.stamp_jitter * (s_.scale * forward - tick_begin_speed_);
+    const double r = q * q / 6.0 + tick_noise_ + 1e-4 + jitter * jitter * 0.01;
+    Weighed w;
+    const double y = tick_sum_ - m.h;
+    scalar(Sensor::kOdometer, m, tick_sum_, r, config_.gate, &w);
+    close();
+    judge_odometer(w, y, s_.t);
+  }
+  tick_sum_ = tick_noise_ = 0;
+  tick_begin_ = tick.t;
+  tick_begin_speed_ = s_.scale * forward;
+  reset_accumulator(1, rest);
+}
+
+void Navigator::use_fix(const Fix& f) {
+  const double age = s_.t - f.t;
+  const MeasurementPoint p = point(age);
+  const Geodetic<double> here = to_geodetic(config_.ellipsoid, p.r);
+  const Rot<Geographic, Ecef> C_ge = level_at(here);
+  const Block3<> level = block_of(C_ge);
+  const Vec<Body> l{config_.fix_lever[0], config_.fix_lever[1], config_.fix_lever[2]};
+  const bool with_h = f.h == f.h;
+  const Point<Ecef> z = to_ecef(config_.ellipsoid, Geodetic<double>{f.lat, f.lon, with_h ? f.h : here.h});
+  const int n = with_h ? 3 : 2;
+  const double floor2 = config_.fix_std_min * config_.fix_std_min;
+  double r[3] = {max(f.std_e * f.std_e, floor2), max(f.std_n * f.std_n, floor2), max(f.std_u * f.std_u, floor2)};
+  for (double& e : r)
+    if (!(e > 0)) e = 1e-6;
+  // The whole vector first: n^2 = y^T S^-1 y. [EST-9]
+  ScalarMeasurement m[3];
+  Projection<kStates> a[3];
+  double S[3][3], y[3];
+  for (int i = 0; i < n; ++i) {
+    m[i] = position_along(p, l, row_of(level, i), z);
+    project(P_, m[i].row, a[i]);
+    y[i] = -m[i].h;
+  }
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      S[i][j] = i == j ? r[i] : 0.0;
+      for (int k = 0; k < m[i].row.n; ++k) S[i][j] += m[i].row.value[k] * a[j].u[m[i].row.index[k]];
+    }
+  auto norm2 = [&](const double e[3]) {  // by Cholesky
+    double L[3][3]{}, u[3], sum = 0;
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        double s = S[i][j];
+        for (int k = 0; k < j; ++k) s -= L[i][k] * L[j][k];
+        L[i][j] = i == j ? sqrt(max(s, 1e-300)) : s / L[j][j];
+      }
+      u[i] = e[i];
+      for (int k = 0; k < i; ++k) u[i] -= L[i][k] * u[k];
+      u[i] /= L[i][i];
+      sum += u[i] * u[i];
+    }
+    return sum;
+  };
+  const double n2 = norm2(y);
+  double factor = 0;
+  if (!(n2 <= kChi95[n])) factor = sqrt(n2 / kChi95[n]) - 1.0;
+  if (!(n2 <= kChiGate[n])) {
+    // A shift of the stamp along the velocity that explains it, found on horizontal components.
+    const Vec<Geographic> v = C_ge * p.v;
+    const double v2 = v.x * v.x + v.y * v.y;
+    bool wrong_stamp = false;
+    if (v2 > 4.0) {
+      const double shift = (y[0] * v.x + y[1] * v.y) / v2;
+      const double e[3] = {y[0] - v.x * shift, y[1] - v.y * shift, n == 3 ? y[2] : 0.0};
+      wrong_stamp = fabs(shift) <= 5.0 && fabs(shift) > 0.2 && norm2(e) < kChi95[n];
+    }
+    health_ |= kHealthRejected;
+    if (wrong_stamp) {
+      ++events_.wrong_stamps;
+      if (!(events_.first_wrong_stamp <= s_.t)) events_.first_wrong_stamp = s_.t;
+    } else {
+      ++events_.outlier_fixes;
+    }
+    if (fix_rejected_since_ > s_.t) fix_rejected_since_ = s_.t;
+    const bool locked_out = s_.t - fix_rejected_since_ > 3.0 * config_.lock_time;
+    if ((config_.fix_gate && !locked_out) || wrong_stamp) {
+      Weighed w{Verdict::kRejected, r[0], n2 / n};
+      counts_[static_cast<int>(Sensor::kFix)].add(sqrt(n2 / n), 1.0, w);
+      return;
+    }
+    if (locked_out) standing_health_ |= kHealthUncovered;
+  } else {
+    fix_rejected_since_ = 1e300;
+    if (n2 <= kChi95[n]) standing_health_ &= ~static_cast<std::uint32_t>(kHealthUncovered);
+  }
+  const Gate all{1e9, 0};
+  for (int i = 0; i < n; ++i) scalar(Sensor::kFix, m[i], 0.0, r[i] + S[i][i] * factor, all);
+  close();
+  if (f.ve == f.ve && f.vn == f.vn) {
+    const MeasurementPoint p2 = point(age);
+    const double sd = f.std_v > 0 ? f.std_v : config_.fix_velocity_std, rv = sd * sd;
+    const double zv[3] = {f.ve, f.vn, f.vu};
+    for (int i = 0; i < 3; ++i)
+      if (zv[i] == zv[i]) scalar(Sensor::kFixVelocity, velocity_along(p2, l, row_of(level, i)), zv[i], rv, config_.gate);
+    close();
+  }
+}
+
+SolutionRow Navigator::row(FrameId frame) const {
+  return solution_row(config_.ellipsoid, s_, P_, frame, health());
+}
+
+SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Covariance<kStates>& P, FrameId frame, std::uint32_t health) {
+  SolutionRow r;
+  const Geodetic<double> g = to_geodetic(ell, s.r);
+  const Rot<Geographic, Ecef> C = geographic_axes(g.lat, g.lon);
+  const Vec<Geographic> v = C * s.v;
+  const Euler<double> e = to_euler(C * to_matrix(s.q));
+  r.t = s.t;
+  r.lat = g.lat, r.lon = g.lon, r.h = g.h;
+  r.ve = v.x, r.vn = v.y, r.vu = v.z;
+  r.roll = e.roll, r.pitch = e.pitch, r.heading = e.heading;
+  r.qw = s.q.w, r.qx = s.q.x, r.qy = s.q.y, r.qz = s.q.z;
+  r.x = s.r.x, r.y = s.r.y, r.z = s.r.z;
+  double* std[3] = {&r.std_e, &r.std_n, &r.std_u};
+  for (int i = 0; i < 3; ++i) {
+    double sum = 0;
+    for (int j = 0; j < 3; ++j)
+      for (int k = 0; k < 3; ++k) sum += C.m[i][j] * P.p[kDr + j][kDr + k] * C.m[i][k];
+    *std[i] = sqrt(max(sum, 0.0));
+  }
+  // Phi_U = psi_U + tanL dE/(N+h): the sigma of the true heading. [EST-2]
+  double sl, cl;
+  sincos(g.lat, sl, cl);
+  const double turn = sl / max(cl, 1e-12) / (prime_vertical_radius(ell, sl) + g.h);
+  double c[9]{}, sum = 0;
+  for (int j = 0; j < 3; ++j) c[j] = C.m[2][j], c[kDr + j] = turn * C.m[0][j];
+  for (int i = 0; i < 9; ++i)
+    for (int j = 0; j < 9; ++j) sum += c[i] * P.p[i][j] * c[j];
+  r.std_heading = sqrt(max(sum, 0.0));
+  r.frame = frame;
+  r.health = health;
+  return r;
+}
+
+void alignment_covariance(const Ellipsoid& ell, const NominalState& s, double gyro_bias, double accel_bias, double sigma_level,
+                          double sigma_heading, bool static_heading, Covariance<kStates>& P) {
+  const Geodetic<double> g = to_geodetic(ell, s.r);
+  const Rot<Geographic, Ecef> C_ge = geographic_axes(g.lat, g.lon);
+  const Rot<Geographic, Body> C = C_ge * to_matrix(s.q);
+  double sl, cl;
+  sincos(g.lat, sl, cl);
+  const double gamma = normal_gravity(ell, sl, g.h), wn = ell.w_ie * cl, wu = ell.w_ie * sl;
+  // [EST-14]: Phi_E = -a_N/g, Phi_N = a_E/g, Phi_U = (-g_E + w_U Phi_N)/w_N; A = dPhi/d(x_bg, x_ba).
+  double A[3][6]{};
+  for (int j = 0; j < 3; ++j) {
+    A[0][3 + j] = -C.m[1][j] / gamma;
+    A[1][3 + j] = C.m[0][j] / gamma;
+    if (static_heading) {
+      A[2][j] = -C.m[0][j] / wn;
+      A[2][3 + j] = wu / wn * C.m[0][j] / gamma;
+    }
+  }
+  const double var[6] = {gyro_bias * gyro_bias, gyro_bias * gyro_bias, gyro_bias * gyro_bias,
+                         accel_bias * accel_bias, accel_bias * accel_bias, accel_bias * accel_bias};
+  const double white[3] = {sigma_level * sigma_level, sigma_level * sigma_level, sigma_heading * sigma_heading};
+  double L[3][3], cross_g[3][6];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      L[i][j] = i == j ? white[i] : 0.0;
+      for (int k = 0; k < 6; ++k) L[i][j] += A[i][k] * var[k] * A[j][k];
+    }
+    for (int k = 0; k < 6; ++k) cross_g[i][k] = A[i][k] * var[k];
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      double sum = 0;
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) sum += C_ge.m[a][i] * L[a][b] * C_ge.m[b][j];
+      P.p[kPsi + i][kPsi + j] = sum;
+    }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < i; ++j) P.p[i][j] = P.p[j][i];
+  for (int k = 0; k < 6; ++k) {
+    P.p[kBg + k][kBg + k] = var[k];
+    for (int i = 0; i < 3; ++i) {
+      double sum = 0;
+      for (int a = 0; a < 3; ++a) sum += C_ge.m[a][i] * cross_g[a][k];
+      P.p[kPsi + i][kBg + k] = P.p[kBg + k][kPsi + i] = sum;
+    }
+  }
+}
+
+}  // namespace loxo
