@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// 3x3 blocks of error matrices: small, fixed, fit for double and for lanes. A block has no frame of its own; the
-// function that makes one says on which axes it stands.
+// 3x3 blocks of error matrices: small, fixed, fit for double and for lanes. A block has no frame of
+// its own; the function that makes one says on which axes it stands.
 #pragma once
 #include "loxo/num/geometry.hpp"
 

@@ -18,13 +18,15 @@ Block3<S> gravity_gradient(const Ellipsoid& ell, const Vec<Ecef, S>& n, S h) {
     const double c = 0.00193185265241, ge = 9.7803253359;
     const S root = sqrt(w2);
     const S g0 = S(ge) * (one + S(c) * s2) / root;
-    const S g0_s = S(ge) * (S(2.0 * c) * s / root + (one + S(c) * s2) * S(ell.e2) * s / (w2 * root));
+    const S g0_s =
+        S(ge) * (S(2.0 * c) * s / root + (one + S(c) * s2) * S(ell.e2) * s / (w2 * root));
     const S u = h * S(1.0 / ell.a);
     const S b = S(1.0 + ell.f + m) - S(2.0 * ell.f) * s2;
     gamma_s = g0_s * (one - S(2.0) * b * u + S(3.0) * u * u) + g0 * S(8.0 * ell.f) * s * u;
     gamma_h = g0 * (S(-2.0) * b + S(6.0) * u) * S(1.0 / ell.a);
   }
-  // dn = D dr with D = (I - n n^T)/(N+h) + q zh zh^T, zh the horizontal part of the polar axis (polar.md 2.1).
+  // dn = D dr with D = (I - n n^T)/(N+h) + q zh zh^T, zh the horizontal part of the polar axis
+  // (polar.md 2.1).
   const S k = one / (N + h);
   const S q = S(ell.e2) * N / (w2 * (N + h) * (M + h));
   const Vec<Ecef, S> zh{-s * n.x, -s * n.y, one - s2};

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// How navigation errors move, frame-free (estimation.md section 1). On axes M (ECEF, or any level frame):
+// How navigation errors move, frame-free (estimation.md section 1). On axes M (ECEF, or any level
+// frame):
 //   computed - true:  C~ = (I - [psi]) C,  v~ = v + dv,  r~ = r + dr        [EST-1]
 //   constants, true - used (what is left in the corrected sensor): x_bg, x_ba, x_sg, x_sa
-// Order of the error vector: psi 0-2 [rad], dv 3-5 [m/s], dr 6-8 [m], x_bg 9-11 [rad/s], x_ba 12-14 [m/s^2],
-// x_sg 15-17 [1], x_sa 18-20 [1]. The 9- and 15-state models are its leading parts; 12 states are 0-11.
-// Nothing here is singular anywhere: no tangent, no secant.
+// Order of the error vector: psi 0-2 [rad], dv 3-5 [m/s], dr 6-8 [m], x_bg 9-11 [rad/s], x_ba 12-14
+// [m/s^2], x_sg 15-17 [1], x_sa 18-20 [1]. The 9- and 15-state models are its leading parts; 12
+// states are 0-11. Nothing here is singular anywhere: no tangent, no secant.
 #pragma once
 #include "loxo/earth/ellipsoid.hpp"
 #include "loxo/earth/frames.hpp"
@@ -18,14 +19,15 @@ inline constexpr int kInsErrorStates = 21;
 template <class M, Real S = double>
 struct ErrorPoint {
   Rot<M, Body, S> C_mb;
-  Vec<M, S> v;            // velocity relative to the Earth, m/s
-  Vec<M, S> w_ie, w_em;   // Earth rate; transport rate of M (zero for M = ECEF), rad/s
-  Vec<Body, S> w, f;      // corrected body rate relative to inertial space, rad/s; specific force, m/s^2
-  Block3<S> gradient;     // d(gravity)/d(position) on M's axes, 1/s^2 (Gam of [EST-3])
+  Vec<M, S> v;           // velocity relative to the Earth, m/s
+  Vec<M, S> w_ie, w_em;  // Earth rate; transport rate of M (zero for M = ECEF), rad/s
+  Vec<Body, S> w,
+      f;  // corrected body rate relative to inertial space, rad/s; specific force, m/s^2
+  Block3<S> gradient;  // d(gravity)/d(position) on M's axes, 1/s^2 (Gam of [EST-3])
 };
 
-// d(gravity vector)/d(position) on ECEF axes, centrifugal part included, exact for normal gravity along the
-// ellipsoid normal n (unit, ECEF) at height h [m]. Gam of [EST-3], regular at the poles.
+// d(gravity vector)/d(position) on ECEF axes, centrifugal part included, exact for normal gravity
+// along the ellipsoid normal n (unit, ECEF) at height h [m]. Gam of [EST-3], regular at the poles.
 template <Real S>
 Block3<S> gravity_gradient(const Ellipsoid& ell, const Vec<Ecef, S>& n, S h);
 
@@ -37,9 +39,9 @@ struct ErrorRates {
 template <class M, Real S>
 ErrorRates<S> error_rates(const ErrorPoint<M, S>& p);
 
-// The transition over one step, second order, block by block; blocks not named are zero, dr_dv = dt I, and the
-// constants' own are the two decay factors (1: random constant or walk). [EST-4]
-// Error against the matrix exponential, scaled by typical state sizes: 1e-9 (10 ms), 1e-7 (0.1 s).
+// The transition over one step, second order, block by block; blocks not named are zero, dr_dv = dt
+// I, and the constants' own are the two decay factors (1: random constant or walk). [EST-4] Error
+// against the matrix exponential, scaled by typical state sizes: 1e-9 (10 ms), 1e-7 (0.1 s).
 template <Real S>
 struct ErrorTransition {
   S dt{};
@@ -84,7 +86,8 @@ struct ErrorNoise {
   Block3<S> dv_psi;              // covariance (dv, psi)
   S bg{}, ba{};                  // added to the variances of the constants
 };
-// gyro_noise [rad/sqrt(s)], accel_noise [m/s/sqrt(s)], dv_m: velocity increment of the step on M's axes.
+// gyro_noise [rad/sqrt(s)], accel_noise [m/s/sqrt(s)], dv_m: velocity increment of the step on M's
+// axes.
 template <class M, Real S>
 ErrorNoise<S> error_noise(S gyro_noise, S accel_noise, S dt, const Vec<M, S>& dv_m) {
   const S ng = gyro_noise * gyro_noise * dt, na = accel_noise * accel_noise * dt;

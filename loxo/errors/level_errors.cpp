@@ -88,7 +88,8 @@ LevelAxes<S> grid_level_axes(const Ellipsoid& ell, const Vec<Ecef, S>& n, S h, d
   return a;
 }
 template <Real S>
-LevelAxes<S> wander_level_axes(const Ellipsoid& ell, const Vec<Ecef, S>&, S h, const Rot<Wander, Ecef, S>& C_we) {
+LevelAxes<S> wander_level_axes(const Ellipsoid& ell, const Vec<Ecef, S>&, S h,
+                               const Rot<Wander, Ecef, S>& C_we) {
   LevelAxes<S> a;
   a.C_me = block_of(C_we);
   a.K = curvature_of(ell, a.C_me, h);
@@ -141,7 +142,8 @@ Matrix9<S> switch_classical(const LevelAxes<S>& a, const LevelAxes<S>& c, const 
   return s;
 }
 template <Real S>
-Matrix9<S> switch_velocity_rotated_only(const LevelAxes<S>& a, const LevelAxes<S>& c, const S v_a[3]) {
+Matrix9<S> switch_velocity_rotated_only(const LevelAxes<S>& a, const LevelAxes<S>& c,
+                                        const S v_a[3]) {
   Matrix9<S> s = switch_classical(a, c, v_a);
   put(s, 3, 6, Block3<S>{});
   return s;
@@ -197,9 +199,12 @@ Matrix15 transverse_error_matrix(const Ellipsoid& ell, const TransversePoint& p)
   // Gravity along the normal: only the up row. Differences of the one formula, exact to rounding.
   Block3<> G;
   if (ell.g_constant <= 0) {
-    const double es = 1e-4, eh = 10.0;  // the formula is smooth: central differences to 1e-10 relative
-    const double g_s = (normal_gravity(ell, s + es, h) - normal_gravity(ell, s - es, h)) / (2.0 * es);
-    const double g_h = (normal_gravity(ell, s, h + eh) - normal_gravity(ell, s, h - eh)) / (2.0 * eh);
+    const double es = 1e-4,
+                 eh = 10.0;  // the formula is smooth: central differences to 1e-10 relative
+    const double g_s =
+        (normal_gravity(ell, s + es, h) - normal_gravity(ell, s - es, h)) / (2.0 * es);
+    const double g_h =
+        (normal_gravity(ell, s, h + eh) - normal_gravity(ell, s, h - eh)) / (2.0 * eh);
     G.m[2][0] = -g_s * ds[0];
     G.m[2][1] = -g_s * ds[1];
     G.m[2][2] = -g_h;
@@ -258,7 +263,8 @@ Matrix12 geographic_error_matrix(const Ellipsoid& ell, const GeographicPoint& p)
   return F;
 }
 
-Matrix4 dead_reckoning_transition(const Ellipsoid& ell, double lat, double se, double sn, double phi_u[4]) {
+Matrix4 dead_reckoning_transition(const Ellipsoid& ell, double lat, double se, double sn,
+                                  double phi_u[4]) {
   double sL, cL;
   sincos(lat, sL, cL);
   Matrix4 F;
@@ -270,16 +276,22 @@ Matrix4 dead_reckoning_transition(const Ellipsoid& ell, double lat, double se, d
   return F;
 }
 
-template LevelAxes<double> geographic_level_axes(const Ellipsoid&, const Vec<Ecef, double>&, double);
-template LevelAxes<double> transverse_level_axes(const Ellipsoid&, const Vec<Ecef, double>&, double, double);
-template LevelAxes<double> grid_level_axes(const Ellipsoid&, const Vec<Ecef, double>&, double, double);
-template LevelAxes<double> wander_level_axes(const Ellipsoid&, const Vec<Ecef, double>&, double, const Rot<Wander, Ecef, double>&);
+template LevelAxes<double> geographic_level_axes(const Ellipsoid&, const Vec<Ecef, double>&,
+                                                 double);
+template LevelAxes<double> transverse_level_axes(const Ellipsoid&, const Vec<Ecef, double>&, double,
+                                                 double);
+template LevelAxes<double> grid_level_axes(const Ellipsoid&, const Vec<Ecef, double>&, double,
+                                           double);
+template LevelAxes<double> wander_level_axes(const Ellipsoid&, const Vec<Ecef, double>&, double,
+                                             const Rot<Wander, Ecef, double>&);
 template void level_transport(const LevelAxes<double>&, double, double, double[3]);
 template Block3<double> axes_turn(const LevelAxes<double>&);
 template Matrix9<double> to_classical(const LevelAxes<double>&, const double[3]);
 template Matrix9<double> from_classical(const LevelAxes<double>&, const double[3]);
-template Matrix9<double> switch_classical(const LevelAxes<double>&, const LevelAxes<double>&, const double[3]);
-template Matrix9<double> switch_velocity_rotated_only(const LevelAxes<double>&, const LevelAxes<double>&, const double[3]);
+template Matrix9<double> switch_classical(const LevelAxes<double>&, const LevelAxes<double>&,
+                                          const double[3]);
+template Matrix9<double> switch_velocity_rotated_only(const LevelAxes<double>&,
+                                                      const LevelAxes<double>&, const double[3]);
 template Matrix9<double> switch_pure_rotation(const LevelAxes<double>&, const LevelAxes<double>&);
 
 }  // namespace loxo

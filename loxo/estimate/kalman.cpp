@@ -4,7 +4,8 @@
 namespace loxo {
 namespace {
 
-// y[0..2][:] += b * p[0..2][:] over W columns, all rows of constant length: the compiler's vector loop.
+// y[0..2][:] += b * p[0..2][:] over W columns, all rows of constant length: the compiler's vector
+// loop.
 template <int W, int LD, int LP, Real S>
 inline void add_block(S (*__restrict y)[LD], const Block3<S>& b, const S (*__restrict p)[LP]) {
   for (int i = 0; i < 3; ++i) {
@@ -18,10 +19,11 @@ inline void add_scaled(S (*__restrict y)[LD], S k, const S (*__restrict p)[LP]) 
     for (int j = 0; j < W; ++j) y[i][j] = y[i][j] + k * p[i][j];
 }
 
-// out (rows 0-8, and 9-11 the accumulators) = Phi's dynamic rows times p (all N states as rows, W columns).
+// out (rows 0-8, and 9-11 the accumulators) = Phi's dynamic rows times p (all N states as rows, W
+// columns).
 template <int N, int W, int LD, int LP, Real S>
-inline void apply(S (*__restrict out)[LD], const ErrorTransition<S>& t, const AccumulatorTransition<S>* acc,
-                  const S (*__restrict p)[LP]) {
+inline void apply(S (*__restrict out)[LD], const ErrorTransition<S>& t,
+                  const AccumulatorTransition<S>* acc, const S (*__restrict p)[LP]) {
   constexpr int rows = N > kAcc ? 12 : 9;
   for (int i = 0; i < rows; ++i)
     for (int j = 0; j < W; ++j) out[i][j] = S(0.0);
@@ -51,7 +53,8 @@ inline void apply(S (*__restrict out)[LD], const ErrorTransition<S>& t, const Ac
       add_block<W>(out + 9, acc->lever, p + kLever);
       for (int i = 0; i < 3; ++i) {
         const S a = acc->eps_h[i], b = acc->eps_p[i];
-        for (int j = 0; j < W; ++j) out[9 + i][j] = out[9 + i][j] + (a * p[kEpsH][j] + b * p[kEpsP][j]);
+        for (int j = 0; j < W; ++j)
+          out[9 + i][j] = out[9 + i][j] + (a * p[kEpsH][j] + b * p[kEpsP][j]);
       }
     }
   }
@@ -60,7 +63,8 @@ inline void apply(S (*__restrict out)[LD], const ErrorTransition<S>& t, const Ac
 }  // namespace
 
 template <int N, Real S>
-void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<S>& q, const AccumulatorTransition<S>* acc) {
+void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<S>& q,
+             const AccumulatorTransition<S>* acc) {
   constexpr int kLd = Covariance<N, S>::kStride;
   constexpr int kDynamic = N > kAcc ? 12 : 9;
   constexpr int kWide = ScalarTraits<S>::kLanes > 1 ? kDynamic : (N > kAcc ? 12 : 12);
@@ -135,7 +139,8 @@ void project(const Covariance<N, S>& P, const SparseRow<S>& h, Projection<N, S>&
 }
 
 template <int N, Real S>
-void update(Covariance<N, S>& P, S* x, const Projection<N, S>& a, S y, S r, MaskOf<S> active, S* gain) {
+void update(Covariance<N, S>& P, S* x, const Projection<N, S>& a, S y, S r, MaskOf<S> active,
+            S* gain) {
   constexpr int kLd = Covariance<N, S>::kStride;
   const S s = a.s0 + r;
   const S k0 = select(active, S(1.0) / s, S(0.0));
@@ -179,7 +184,9 @@ void weigh_lanes(S y, S s0, S r, const Gate& gate, S& r_used, MaskOf<S>& used) {
 }
 
 void InnovationCount::add(double y, double s, const Weighed& w) {
-  (w.verdict == Verdict::kAsIs ? used : w.verdict == Verdict::kDeweighted ? deweighted : rejected) += 1;
+  (w.verdict == Verdict::kAsIs         ? used
+   : w.verdict == Verdict::kDeweighted ? deweighted
+                                       : rejected) += 1;
   nis_sum += w.nis;
   constexpr double kChi2_95 = 3.841458820694124;  // one degree of freedom
   if (w.nis > kChi2_95) ++above_95;
@@ -195,11 +202,13 @@ double InnovationCount::above_95_share() const {
   return n > 0 ? static_cast<double>(above_95) / static_cast<double>(n) : 0.0;
 }
 
-#define LOXO_KALMAN(N)                                                                                                    \
-  template void predict(Covariance<N, double>&, const ErrorTransition<double>&, const ErrorNoise<double>&,                \
-                        const AccumulatorTransition<double>*);                                                            \
-  template void project(const Covariance<N, double>&, const SparseRow<double>&, Projection<N, double>&);                  \
-  template void update(Covariance<N, double>&, double*, const Projection<N, double>&, double, double, bool, double*);
+#define LOXO_KALMAN(N)                                                                        \
+  template void predict(Covariance<N, double>&, const ErrorTransition<double>&,               \
+                        const ErrorNoise<double>&, const AccumulatorTransition<double>*);     \
+  template void project(const Covariance<N, double>&, const SparseRow<double>&,               \
+                        Projection<N, double>&);                                              \
+  template void update(Covariance<N, double>&, double*, const Projection<N, double>&, double, \
+                       double, bool, double*);
 LOXO_KALMAN(15)
 LOXO_KALMAN(21)
 LOXO_KALMAN(31)

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The error-state Kalman filter's arithmetic: fixed sizes, block by block, no allocation, same operations for every
-// scalar. States as in errors/error_dynamics.hpp (0-20), then (estimation.md 1.3)
-//   21 x_k odometer scale [1], 22 eps_h, 23 eps_p mounting [rad], 24-26 lever arm [m], 27 delay tau [s],
-//   28-30 accumulated displacement d right, forward, up [m].
-// Constants are "true - used", navigation errors "computed - true". A state that is off has zero variance and noise.
+// The error-state Kalman filter's arithmetic: fixed sizes, block by block, no allocation, same
+// operations for every scalar. States as in errors/error_dynamics.hpp (0-20), then
+// (estimation.md 1.3)
+//   21 x_k odometer scale [1], 22 eps_h, 23 eps_p mounting [rad], 24-26 lever arm [m], 27 delay tau
+//   [s], 28-30 accumulated displacement d right, forward, up [m].
+// Constants are "true - used", navigation errors "computed - true". A state that is off has zero
+// variance and noise.
 #pragma once
 #include "loxo/errors/error_dynamics.hpp"
 
@@ -13,27 +15,31 @@ inline constexpr int kPsi = 0, kDv = 3, kDr = 6, kBg = 9, kBa = 12, kSg = 15, kS
 inline constexpr int kScale = 21, kEpsH = 22, kEpsP = 23, kLever = 24, kTau = 27, kAcc = 28;
 inline constexpr int kStates = 31;
 
-// Symmetric; both triangles are kept and stay equal to the bit. N: 15, 21 or 31. Rows are padded for vectors; the
-// padding stays zero.
+// Symmetric; both triangles are kept and stay equal to the bit. N: 15, 21 or 31. Rows are padded
+// for vectors; the padding stays zero.
 template <int N, Real S = double>
 struct alignas(64) Covariance {
   static constexpr int kStride = (N + 7) / 8 * 8;
   S p[N][kStride]{};
 };
 
-// How the accumulators take part in a step: d' = d + ... ; blocks of [EST-12] times dt. Rows right, forward, up.
+// How the accumulators take part in a step: d' = d + ... ; blocks of [EST-12] times dt. Rows right,
+// forward, up.
 template <Real S = double>
 struct AccumulatorTransition {
   Block3<S> psi, dv, bg, lever;
   S eps_h[3]{}, eps_p[3]{};
 };
 
-// P <- Phi P Phi^T + Q of the navigation errors and constants up to 20 (and of the accumulators, N = 31). Products of
-// non-zero blocks only. Noise of the constants of 21-30 is added by the caller to the diagonal. [EST-4], [EST-5]
+// P <- Phi P Phi^T + Q of the navigation errors and constants up to 20 (and of the accumulators, N
+// = 31). Products of non-zero blocks only. Noise of the constants of 21-30 is added by the caller
+// to the diagonal. [EST-4], [EST-5]
 template <int N, Real S>
-void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<S>& q, const AccumulatorTransition<S>* acc = nullptr);
+void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<S>& q,
+             const AccumulatorTransition<S>* acc = nullptr);
 
-// F <- Phi F for the moving rows (0-8 and 28-30) of a 31-state product of transitions; the constants' rows stay.
+// F <- Phi F for the moving rows (0-8 and 28-30) of a 31-state product of transitions; the
+// constants' rows stay.
 void advance_product(double (*f)[Covariance<kStates>::kStride], const ErrorTransition<double>& t,
                      const AccumulatorTransition<double>* acc);
 
@@ -69,9 +75,11 @@ void project(const Covariance<N, S>& P, const SparseRow<S>& h, Projection<N, S>&
 //   P <- P - K u^T - u K^T + (s0 + r) K K^T,  x <- x + K y,  with K = u/(s0 + r).
 // `gain` (may be null) receives K. `active` false in a lane: that lane is left alone.
 template <int N, Real S>
-void update(Covariance<N, S>& P, S* x, const Projection<N, S>& a, S y, S r, MaskOf<S> active, S* gain = nullptr);
+void update(Covariance<N, S>& P, S* x, const Projection<N, S>& a, S y, S r, MaskOf<S> active,
+            S* gain = nullptr);
 
-// [EST-9]: what a robust filter makes of an innovation. c, g: Huber and rejection limits in sigmas (g = 0: never rejected).
+// [EST-9]: what a robust filter makes of an innovation. c, g: Huber and rejection limits in sigmas
+// (g = 0: never rejected).
 struct Gate {
   double c = 2.0, g = 5.0;
 };
@@ -92,7 +100,11 @@ struct InnovationCount {
   double nis_sum = 0, last = 0, lag_sum = 0;
   long lag_count = 0;
   void add(double y, double s, const Weighed& w);
-  double nis_mean() const { return used + deweighted + rejected > 0 ? nis_sum / static_cast<double>(used + deweighted + rejected) : 0.0; }
+  double nis_mean() const {
+    return used + deweighted + rejected > 0
+               ? nis_sum / static_cast<double>(used + deweighted + rejected)
+               : 0.0;
+  }
   double above_95_share() const;
   double lag_one() const { return lag_count > 0 ? lag_sum / static_cast<double>(lag_count) : 0.0; }
 };

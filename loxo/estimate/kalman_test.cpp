@@ -46,31 +46,37 @@ void check_predict() {
   random_covariance(d, P, M);
   ErrorTransition<double> t;
   t.dt = 0.3;
-  for (Block3<>* b : {&t.psi_psi, &t.psi_bg, &t.psi_sg, &t.dv_psi, &t.dv_dv, &t.dv_dr, &t.dv_bg, &t.dv_sg, &t.dv_ba, &t.dv_sa,
-                      &t.dr_psi, &t.dr_dr, &t.dr_ba, &t.dr_sa})
+  for (Block3<>* b : {&t.psi_psi, &t.psi_bg, &t.psi_sg, &t.dv_psi, &t.dv_dv, &t.dv_dr, &t.dv_bg,
+                      &t.dv_sg, &t.dv_ba, &t.dv_sa, &t.dr_psi, &t.dr_dr, &t.dr_ba, &t.dr_sa})
     *b = d.block(1.0);
   t.decay_bg = 0.9, t.decay_ba = 0.8;
   AccumulatorTransition<double> a;
   for (Block3<>* b : {&a.psi, &a.dv, &a.bg, &a.lever}) *b = d.block(1.0);
   for (int i = 0; i < 3; ++i) a.eps_h[i] = d(), a.eps_p[i] = d();
   ErrorNoise<double> q;
-  q.psi = 0.1, q.dv = 0.2, q.dr = 0.3, q.dr_dv = 0.05, q.bg = 0.7, q.ba = 0.9, q.dv_psi = d.block(0.01);
+  q.psi = 0.1, q.dv = 0.2, q.dr = 0.3, q.dr_dv = 0.05, q.bg = 0.7, q.ba = 0.9,
+  q.dv_psi = d.block(0.01);
   Dense<N> F = Dense<N>::Identity(), Q = Dense<N>::Zero();
   auto put = [&](int i, int j, const Block3<>& b) {
     if (i + 2 < N && j + 2 < N)
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) F(i + r, j + c) = b.m[r][c];
   };
-  put(0, 0, t.psi_psi), put(0, 9, t.psi_bg), put(0, 15, t.psi_sg), put(3, 0, t.dv_psi), put(3, 3, t.dv_dv), put(3, 6, t.dv_dr);
-  put(3, 9, t.dv_bg), put(3, 12, t.dv_ba), put(3, 15, t.dv_sg), put(3, 18, t.dv_sa), put(6, 0, t.dr_psi);
-  put(6, 3, 0.3 * identity3<double>()), put(6, 6, t.dr_dr), put(6, 12, t.dr_ba), put(6, 18, t.dr_sa);
+  put(0, 0, t.psi_psi), put(0, 9, t.psi_bg), put(0, 15, t.psi_sg), put(3, 0, t.dv_psi),
+      put(3, 3, t.dv_dv), put(3, 6, t.dv_dr);
+  put(3, 9, t.dv_bg), put(3, 12, t.dv_ba), put(3, 15, t.dv_sg), put(3, 18, t.dv_sa),
+      put(6, 0, t.dr_psi);
+  put(6, 3, 0.3 * identity3<double>()), put(6, 6, t.dr_dr), put(6, 12, t.dr_ba),
+      put(6, 18, t.dr_sa);
   for (int i = 0; i < 3; ++i) F(9 + i, 9 + i) = 0.9, F(12 + i, 12 + i) = 0.8;
   if (N == 31) {
     put(28, 0, a.psi), put(28, 3, a.dv), put(28, 9, a.bg), put(28, 24, a.lever);
-    for (int i = 0; i < 3; ++i) F((28 + i) % N, 22 % N) = a.eps_h[i], F((28 + i) % N, 23 % N) = a.eps_p[i];
+    for (int i = 0; i < 3; ++i)
+      F((28 + i) % N, 22 % N) = a.eps_h[i], F((28 + i) % N, 23 % N) = a.eps_p[i];
   }
   for (int i = 0; i < 3; ++i) {
-    Q(i, i) = 0.1, Q(3 + i, 3 + i) = 0.2, Q(6 + i, 6 + i) = 0.3, Q(6 + i, 3 + i) = Q(3 + i, 6 + i) = 0.05;
+    Q(i, i) = 0.1, Q(3 + i, 3 + i) = 0.2, Q(6 + i, 6 + i) = 0.3,
+         Q(6 + i, 3 + i) = Q(3 + i, 6 + i) = 0.05;
     Q(9 + i, 9 + i) = 0.7, Q(12 + i, 12 + i) = 0.9;
     for (int j = 0; j < 3; ++j) Q(3 + i, j) = Q(j, 3 + i) = q.dv_psi.m[i][j];
   }
@@ -79,7 +85,8 @@ void check_predict() {
   for (int i = 0; i < N; ++i)
     for (int j = 0; j < N; ++j) {
       // N products of order 1 each way.
-      EXPECT_NEAR(P.p[i][j], expected(i, j), 1e-12 * std::sqrt(expected(i, i) * expected(j, j))) << i << " " << j;
+      EXPECT_NEAR(P.p[i][j], expected(i, j), 1e-12 * std::sqrt(expected(i, i) * expected(j, j)))
+          << i << " " << j;
       EXPECT_EQ(P.p[i][j], P.p[j][i]);
     }
   for (int i = 0; i < N; ++i)
@@ -133,8 +140,8 @@ TEST(Kalman, UpdateEqualsJosephsForm) {  // [EST-8]
   check_update<31>();
 }
 
-// A measurement of a millimetre against a covariance of kilometres, 10^4 times: never a negative variance
-// (the reason why no square-root form is kept, docs/decisions).
+// A measurement of a millimetre against a covariance of kilometres, 10^4 times: never a negative
+// variance (the reason why no square-root form is kept, docs/decisions).
 TEST(Kalman, VariancesStayPositiveUnderSharpMeasurements) {
   Draw d;
   Covariance<15> P;

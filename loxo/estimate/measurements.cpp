@@ -30,7 +30,8 @@ void pitch_derivative(const MountingAxes& m, const Vec<Body>& vb, double out[3])
 }
 }  // namespace
 
-ScalarMeasurement vehicle_velocity(const MeasurementPoint& p, const NominalState& s, const MountingAxes& m, int axis, bool with_tau) {
+ScalarMeasurement vehicle_velocity(const MeasurementPoint& p, const NominalState& s,
+                                   const MountingAxes& m, int axis, bool with_tau) {
   const Vec<Body> vb = point_velocity(p, s.lever);
   const Vec<Body>& a = m.axis[axis];
   const double k = axis == 1 ? s.scale : 1.0;
@@ -51,7 +52,9 @@ ScalarMeasurement vehicle_velocity(const MeasurementPoint& p, const NominalState
   return o;
 }
 
-AccumulatorTransition<double> accumulator_transition(const MeasurementPoint& p, const NominalState& s, const MountingAxes& m, double dt) {
+AccumulatorTransition<double> accumulator_transition(const MeasurementPoint& p,
+                                                     const NominalState& s, const MountingAxes& m,
+                                                     double dt) {
   const Vec<Body> vb = point_velocity(p, s.lever);
   AccumulatorTransition<double> t;
   double dh[3], dp[3];
@@ -75,7 +78,8 @@ AccumulatorTransition<double> accumulator_transition(const MeasurementPoint& p, 
   }
   return t;
 }
-void accumulator_rate(const MeasurementPoint& p, const NominalState& s, const MountingAxes& m, double rate[3]) {
+void accumulator_rate(const MeasurementPoint& p, const NominalState& s, const MountingAxes& m,
+                      double rate[3]) {
   const Vec<Body> vb = point_velocity(p, s.lever);
   for (int i = 0; i < 3; ++i) rate[i] = dot(m.axis[i], vb);
 }
@@ -110,7 +114,8 @@ ScalarMeasurement zero_rate(const MeasurementPoint& p, const NominalState& s, in
   return o;
 }
 
-ScalarMeasurement position_along(const MeasurementPoint& p, const Vec<Body>& l, const Vec<Ecef>& along, const Point<Ecef>& origin) {
+ScalarMeasurement position_along(const MeasurementPoint& p, const Vec<Body>& l,
+                                 const Vec<Ecef>& along, const Point<Ecef>& origin) {
   const Vec<Ecef> arm = p.C * l;
   ScalarMeasurement o;
   o.h = dot(along, (p.r - origin) + arm);
@@ -118,7 +123,8 @@ ScalarMeasurement position_along(const MeasurementPoint& p, const Vec<Body>& l, 
   o.row.add3(kDr, -along);
   return o;
 }
-ScalarMeasurement velocity_along(const MeasurementPoint& p, const Vec<Body>& l, const Vec<Ecef>& along) {
+ScalarMeasurement velocity_along(const MeasurementPoint& p, const Vec<Body>& l,
+                                 const Vec<Ecef>& along) {
   const Vec<Ecef> arm = p.C * cross(p.w_eb, l);
   ScalarMeasurement o;
   o.h = dot(along, p.v + arm);
@@ -136,15 +142,16 @@ ScalarMeasurement body_velocity(const MeasurementPoint& p, const Vec<Body>& l, i
   o.row.add3(kBg, cross(a, l));
   return o;
 }
-ScalarMeasurement heading_in(const MeasurementPoint& p, const Vec<Ecef>& e, const Vec<Ecef>& n, const Vec<Ecef>& u, const double turn[2]) {
+ScalarMeasurement heading_in(const MeasurementPoint& p, const Vec<Ecef>& e, const Vec<Ecef>& n,
+                             const Vec<Ecef>& u, const double turn[2]) {
   const Vec<Ecef> f = p.C * Vec<Body>{0, 1, 0};
   const double fe = dot(e, f), fn = dot(n, f), fu = dot(u, f);
   const double level2 = fe * fe + fn * fn;
   ScalarMeasurement o;
   const double h = atan2(fe, fn);
   o.h = h < 0 ? h + 2 * kPi : h;
-  // -1 on Phi_U, +tan(pitch)(sin, cos) on (Phi_E, Phi_N), tan(pitch) sin = fu fe / level^2; then Phi = psi + Th dr, whose
-  // level rows turn the level only.
+  // -1 on Phi_U, +tan(pitch)(sin, cos) on (Phi_E, Phi_N), tan(pitch) sin = fu fe / level^2; then
+  // Phi = psi + Th dr, whose level rows turn the level only.
   const double te = fu * fe / level2, tn = fu * fn / level2;
   o.row.add3(kPsi, te * e + tn * n - u);
   o.row.add3(kDr, -turn[0] * e - turn[1] * n);

@@ -47,7 +47,8 @@ class Ring {  // fixed capacity, time order kept by insertion from the back
 
 Vec<Ecef> row_of(const Block3<>& c, int i) { return {c.m[i][0], c.m[i][1], c.m[i][2]}; }
 
-// Level axes that mean something everywhere: geographic, or by longitude 0 within a metre of the pole.
+// Level axes that mean something everywhere: geographic, or by longitude 0 within a metre of the
+// pole.
 Rot<Geographic, Ecef> level_at(const Geodetic<double>& p) { return geographic_axes(p.lat, p.lon); }
 
 }  // namespace
@@ -62,8 +63,9 @@ struct Navigator::Pending {
 };
 
 const char* sensor_name(Sensor s) {
-  static const char* const names[] = {"odometer", "nhc_right", "nhc_up", "zero_velocity", "zero_rate",
-                                      "fix",      "fix_velocity", "heading", "height", "velocity"};
+  static const char* const names[] = {"odometer",  "nhc_right", "nhc_up",       "zero_velocity",
+                                      "zero_rate", "fix",       "fix_velocity", "heading",
+                                      "height",    "velocity"};
   return names[static_cast<int>(s)];
 }
 
@@ -122,14 +124,16 @@ void Navigator::imu(const ImuIncrement<double>& sample) {
       ++events_.long_gaps;
       standing_health_ |= kHealthUncovered;
     }
-    const int n = std::max(1, static_cast<int>(std::min(1e6, std::ceil(gap / std::max(nominal, 0.01)))));
+    const int n =
+        std::max(1, static_cast<int>(std::min(1e6, std::ceil(gap / std::max(nominal, 0.01)))));
     const double h = gap / n, per = 1.0 / max(sample.dt, 1e-9);
     const Vec<Body> w1 = sample.dtheta * per, f1 = sample.dv * per;
     const bool known = last_dt_ > 0;
     const Vec<Body> w0 = known ? w_meas_ : w1, f0 = known ? f_meas_ : f1;
     for (int i = 0; i < n; ++i) {
       const double u = (i + 0.5) / n;
-      step(h, (w0 * (1 - u) + w1 * u) * h, (f0 * (1 - u) + f1 * u) * h, config_.gap_rate * config_.gap_rate * gap * h,
+      step(h, (w0 * (1 - u) + w1 * u) * h, (f0 * (1 - u) + f1 * u) * h,
+           config_.gap_rate * config_.gap_rate * gap * h,
            config_.gap_force * config_.gap_force * gap * h);
       run_pending();
     }
@@ -154,12 +158,15 @@ void Navigator::imu(const ImuIncrement<double>& sample) {
   }
 }
 
-void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m, double extra_psi, double extra_dv) {
+void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m, double extra_psi,
+                     double extra_dv) {
   const Ellipsoid& ell = config_.ellipsoid;
   auto corrected = [](const Vec<Body>& x, const Vec<Body>& b, const Vec<Body>& g, double h) {
-    return Vec<Body>{(x.x - b.x * h) / (1 + g.x), (x.y - b.y * h) / (1 + g.y), (x.z - b.z * h) / (1 + g.z)};
+    return Vec<Body>{(x.x - b.x * h) / (1 + g.x), (x.y - b.y * h) / (1 + g.y),
+                     (x.z - b.z * h) / (1 + g.z)};
   };
-  const Vec<Body> dtheta = corrected(dtheta_m, s_.bg, s_.sg, dt), dv = corrected(dv_m, s_.ba, s_.sa, dt);
+  const Vec<Body> dtheta = corrected(dtheta_m, s_.bg, s_.sg, dt),
+                  dv = corrected(dv_m, s_.ba, s_.sa, dt);
   const double rate = 1.0 / dt;
   w_meas_ = dtheta_m * rate;
   f_meas_ = dv_m * rate;
@@ -167,7 +174,8 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
   const Vec<Body> w = dtheta * rate;
   f_ = dv * rate;
 
-  // One-sample coning and sculling with the increments before (polar.md 3.2's terms, rate carried over).
+  // One-sample coning and sculling with the increments before (polar.md 3.2's terms, rate carried
+  // over).
   const bool same = last_dt_ > 0 && fabs(last_dt_ - dt) < 0.01 * dt;
   const Vec<Body> rho = same ? dtheta + (1.0 / 12.0) * cross(last_dtheta_, dtheta) : dtheta;
   Vec<Body> dvs = dv + 0.5 * cross(dtheta, dv) + (1.0 / 6.0) * cross(dtheta, cross(dtheta, dv));
@@ -183,7 +191,8 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
   const Vec<Ecef> first = c - (0.5 * dt) * cross(w_ie, c);
   Vec<Ecef> v1 = s_.v + first + dt * (g - 2.0 * cross(w_ie, s_.v));
   v1 = s_.v + first + dt * (g - cross(w_ie, s_.v + v1));  // Coriolis at the mean velocity
-  const Quat<Ecef, Body> q_half = exp_rotation<Ecef, Ecef>(w_ie * (-0.5 * dt)) * s_.q * exp_rotation<Body, Body>(0.5 * rho);
+  const Quat<Ecef, Body> q_half =
+      exp_rotation<Ecef, Ecef>(w_ie * (-0.5 * dt)) * s_.q * exp_rotation<Body, Body>(0.5 * rho);
   const Vec<Ecef> v_mid = 0.5 * (s_.v + v1);
 
   MeasurementPoint mid;
@@ -205,7 +214,8 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
   ErrorNoise<double> q = error_noise(config_.gyro_noise, config_.accel_noise, dt, mid.C * dv);
   q.psi += extra_psi;
   q.dv += extra_dv;
-  const double wg = config_.bias_moving * config_.gyro_bias, wa = config_.bias_moving * config_.accel_bias;
+  const double wg = config_.bias_moving * config_.gyro_bias,
+               wa = config_.bias_moving * config_.accel_bias;
   q.bg = 2.0 * wg * wg * dt / config_.gyro_bias_tau;
   q.ba = 2.0 * wa * wa * dt / config_.accel_bias_tau;
   const AccumulatorTransition<double> acc = accumulator_transition(mid, s_, mounting_, dt);
@@ -219,7 +229,9 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
   const double v2 = min(1.0, d[1] * d[1]);
   const double side_a = dot(w_eb_, Vec<Body>{0, 0, 1}) * d[1];
   const double slip = config_.slip_noise * d[1];
-  P_.p[kAcc][kAcc] += dt * (config_.nhc_side * config_.nhc_side * v2 + config_.nhc_turn * config_.nhc_turn * side_a * side_a + slip * slip * tick_side_);
+  P_.p[kAcc][kAcc] +=
+      dt * (config_.nhc_side * config_.nhc_side * v2 +
+            config_.nhc_turn * config_.nhc_turn * side_a * side_a + slip * slip * tick_side_);
   P_.p[kAcc + 2][kAcc + 2] += dt * config_.nhc_up * config_.nhc_up * v2;
   if (config_.use_odometer) {
     P_.p[kScale][kScale] += config_.scale_walk * config_.scale_walk * dt;
@@ -240,7 +252,8 @@ void Navigator::tape_flush() {
   product_->clear();
 }
 
-bool Navigator::scalar(Sensor sensor, const ScalarMeasurement& m, double z, double r, const Gate& gate, Weighed* out) {
+bool Navigator::scalar(Sensor sensor, const ScalarMeasurement& m, double z, double r,
+                       const Gate& gate, Weighed* out) {
   Projection<kStates> a;
   project(P_, m.row, a);
   double hx = 0;
@@ -287,7 +300,8 @@ void Navigator::reset_accumulator(int axis, double value) {
 }
 
 void Navigator::stand_still_epoch() {
-  const Vec<Body> rest = s_.bg + transpose(to_matrix(s_.q)) * Vec<Ecef>{0, 0, config_.ellipsoid.w_ie};
+  const Vec<Body> rest =
+      s_.bg + transpose(to_matrix(s_.q)) * Vec<Ecef>{0, 0, config_.ellipsoid.w_ie};
   detector_.sample(last_dt_, w_meas_, f_meas_, rest);
   const double speed = norm(s_.v);
   const double limit =
@@ -315,7 +329,8 @@ void Navigator::stand_still_epoch() {
     const double white = config_.gyro_noise * config_.gyro_noise / v.length;
     const double z[3] = {v.mean_w.x, v.mean_w.y, v.mean_w.z};
     for (int i = 0; i < 3; ++i)
-      scalar(Sensor::kZeroRate, zero_rate(p, s_, i), z[i], white + config_.zaru_sway[i] * config_.zaru_sway[i], open);
+      scalar(Sensor::kZeroRate, zero_rate(p, s_, i), z[i],
+             white + config_.zaru_sway[i] * config_.zaru_sway[i], open);
   }
   close();
 }
@@ -326,7 +341,8 @@ void Navigator::side_epoch() {
     const MeasurementPoint p = point(0);
     const NormalHeight<double> n = to_normal(config_.ellipsoid, s_.r);
     const Point<Ecef> held = from_normal(config_.ellipsoid, NormalHeight<double>{n.n, h0_});
-    scalar(Sensor::kHeight, position_along(p, Vec<Body>{}, n.n, held), 0.0, config_.vertical_std * config_.vertical_std, Gate{config_.gate.c, 0});
+    scalar(Sensor::kHeight, position_along(p, Vec<Body>{}, n.n, held), 0.0,
+           config_.vertical_std * config_.vertical_std, Gate{config_.gate.c, 0});
     close();
   }
   if (nhc_age_ < config_.nhc_epoch * (1 - 1e-9)) return;
@@ -372,7 +388,8 @@ void Navigator::run_pending() {
     const MeasurementPoint p = point(s_.t - z.t);
     const NormalHeight<double> n = to_normal(config_.ellipsoid, p.r);
     const Point<Ecef> held = from_normal(config_.ellipsoid, NormalHeight<double>{n.n, z.h});
-    scalar(Sensor::kHeight, position_along(p, Vec<Body>{}, n.n, held), 0.0, config_.height_std * config_.height_std, open);
+    scalar(Sensor::kHeight, position_along(p, Vec<Body>{}, n.n, held), 0.0,
+           config_.height_std * config_.height_std, open);
     if (z.rate == z.rate)
       scalar(Sensor::kHeight, velocity_along(p, Vec<Body>{}, n.n), z.rate, 0.01, open);
     close();
@@ -386,8 +403,10 @@ void Navigator::run_pending() {
     const double r = config_.velocity_std * config_.velocity_std;
     for (int i = 0; i < 3; ++i)
       if (z.v[i] == z.v[i])
-        scalar(Sensor::kVelocity, z.level ? velocity_along(p, Vec<Body>{}, row_of(level, i)) : body_velocity(p, Vec<Body>{}, i), z.v[i], r,
-               config_.gate);
+        scalar(Sensor::kVelocity,
+               z.level ? velocity_along(p, Vec<Body>{}, row_of(level, i))
+                       : body_velocity(p, Vec<Body>{}, i),
+               z.v[i], r, config_.gate);
     close();
   }
 }
@@ -399,17 +418,20 @@ void Navigator::judge_odometer(const Weighed& w, double y, double t) {
     if (!(events_.first_slip <= t)) events_.first_slip = t;
     if (rejected_since_ > t) rejected_since_ = t;
   } else {
-    if (w.verdict == Verdict::kAsIs && standing_health_ & kHealthSlip) standing_health_ &= ~static_cast<std::uint32_t>(kHealthSlip);
+    if (w.verdict == Verdict::kAsIs && standing_health_ & kHealthSlip)
+      standing_health_ &= ~static_cast<std::uint32_t>(kHealthSlip);
     rejected_since_ = 1e300;
     return;
   }
-  // Rejection must end (1.7): no second witness says which is wrong, so the filter's own certainty is what gives way.
+  // Rejection must end (1.7): no second witness says which is wrong, so the filter's own certainty
+  // is what gives way.
   if (t - rejected_since_ > config_.lock_time && t - inflated_t_ >= 1.0) {
     inflated_t_ = t;
     ++events_.lock_recoveries;
     standing_health_ |= kHealthSlip | kHealthUncovered;
     for (int i = 0; i < 6; ++i) P_.p[i][i] *= 2.0;
-    if (t - rejected_since_ > 60.0 && standing_ != Standing::kDeadEncoder) standing_health_ |= kHealthDiverged;
+    if (t - rejected_since_ > 60.0 && standing_ != Standing::kDeadEncoder)
+      standing_health_ |= kHealthDiverged;
   }
 }
 
@@ -435,7 +457,8 @@ void Navigator::use_tick(const OdometerTick& tick) {
   const double a_forward = dot(mounting_.axis[1], ab);
   if (tick.is_speed) {
     // Zero readings carry no scale: standing is section 3's to say.
-    if (fabs(tick.value) < config_.standstill.wheel_quiet || standing_ == Standing::kDeadEncoder) return;
+    if (fabs(tick.value) < config_.standstill.wheel_quiet || standing_ == Standing::kDeadEncoder)
+      return;
     const ScalarMeasurement m = vehicle_velocity(p, s_, mounting_, 1, true);
     // Errors of a wheel's speed are correlated over a second: the figure is for 1 Hz.
     const double rate = interval > 0 && interval < 1.0 ? 1.0 / interval : 1.0;
@@ -467,7 +490,8 @@ void Navigator::use_tick(const OdometerTick& tick) {
   if (!zero && standing_ != Standing::kDeadEncoder) {
     s_.d[1] -= rest;
     ScalarMeasurement m = accumulated_distance(s_, s_.scale * forward - tick_begin_speed_);
-    const double q = config_.quantisation, jitter = config_.stamp_jitter * (s_.scale * forward - tick_begin_speed_);
+    const double q = config_.quantisation,
+                 jitter = config_.stamp_jitter * (s_.scale * forward - tick_begin_speed_);
     const double r = q * q / 6.0 + tick_noise_ + 1e-4 + jitter * jitter * 0.01;
     Weighed w;
     const double y = tick_sum_ - m.h;
@@ -489,10 +513,12 @@ void Navigator::use_fix(const Fix& f) {
   const Block3<> level = block_of(C_ge);
   const Vec<Body> l{config_.fix_lever[0], config_.fix_lever[1], config_.fix_lever[2]};
   const bool with_h = f.h == f.h;
-  const Point<Ecef> z = to_ecef(config_.ellipsoid, Geodetic<double>{f.lat, f.lon, with_h ? f.h : here.h});
+  const Point<Ecef> z =
+      to_ecef(config_.ellipsoid, Geodetic<double>{f.lat, f.lon, with_h ? f.h : here.h});
   const int n = with_h ? 3 : 2;
   const double floor2 = config_.fix_std_min * config_.fix_std_min;
-  double r[3] = {max(f.std_e * f.std_e, floor2), max(f.std_n * f.std_n, floor2), max(f.std_u * f.std_u, floor2)};
+  double r[3] = {max(f.std_e * f.std_e, floor2), max(f.std_n * f.std_n, floor2),
+                 max(f.std_u * f.std_u, floor2)};
   for (double& e : r)
     if (!(e > 0)) e = 1e-6;
   // The whole vector first: n^2 = y^T S^-1 y. [EST-9]
@@ -564,7 +590,9 @@ void Navigator::use_fix(const Fix& f) {
     const double sd = f.std_v > 0 ? f.std_v : config_.fix_velocity_std, rv = sd * sd;
     const double zv[3] = {f.ve, f.vn, f.vu};
     for (int i = 0; i < 3; ++i)
-      if (zv[i] == zv[i]) scalar(Sensor::kFixVelocity, velocity_along(p2, l, row_of(level, i)), zv[i], rv, config_.gate);
+      if (zv[i] == zv[i])
+        scalar(Sensor::kFixVelocity, velocity_along(p2, l, row_of(level, i)), zv[i], rv,
+               config_.gate);
     close();
   }
 }
@@ -573,7 +601,8 @@ SolutionRow Navigator::row(FrameId frame) const {
   return solution_row(config_.ellipsoid, s_, P_, frame, health());
 }
 
-SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Covariance<kStates>& P, FrameId frame, std::uint32_t health) {
+SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Covariance<kStates>& P,
+                         FrameId frame, std::uint32_t health) {
   SolutionRow r;
   const Geodetic<double> g = to_geodetic(ell, s.r);
   const Rot<Geographic, Ecef> C = geographic_axes(g.lat, g.lon);
@@ -606,15 +635,17 @@ SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Cova
   return r;
 }
 
-void alignment_covariance(const Ellipsoid& ell, const NominalState& s, double gyro_bias, double accel_bias, double sigma_level,
-                          double sigma_heading, bool static_heading, Covariance<kStates>& P) {
+void alignment_covariance(const Ellipsoid& ell, const NominalState& s, double gyro_bias,
+                          double accel_bias, double sigma_level, double sigma_heading,
+                          bool static_heading, Covariance<kStates>& P) {
   const Geodetic<double> g = to_geodetic(ell, s.r);
   const Rot<Geographic, Ecef> C_ge = geographic_axes(g.lat, g.lon);
   const Rot<Geographic, Body> C = C_ge * to_matrix(s.q);
   double sl, cl;
   sincos(g.lat, sl, cl);
   const double gamma = normal_gravity(ell, sl, g.h), wn = ell.w_ie * cl, wu = ell.w_ie * sl;
-  // [EST-14]: Phi_E = -a_N/g, Phi_N = a_E/g, Phi_U = (-g_E + w_U Phi_N)/w_N; A = dPhi/d(x_bg, x_ba).
+  // [EST-14]: Phi_E = -a_N/g, Phi_N = a_E/g, Phi_U = (-g_E + w_U Phi_N)/w_N; A = dPhi/d(x_bg,
+  // x_ba).
   double A[3][6]{};
   for (int j = 0; j < 3; ++j) {
     A[0][3 + j] = -C.m[1][j] / gamma;
@@ -624,9 +655,10 @@ void alignment_covariance(const Ellipsoid& ell, const NominalState& s, double gy
       A[2][3 + j] = wu / wn * C.m[0][j] / gamma;
     }
   }
-  const double var[6] = {gyro_bias * gyro_bias, gyro_bias * gyro_bias, gyro_bias * gyro_bias,
+  const double var[6] = {gyro_bias * gyro_bias,   gyro_bias * gyro_bias,   gyro_bias * gyro_bias,
                          accel_bias * accel_bias, accel_bias * accel_bias, accel_bias * accel_bias};
-  const double white[3] = {sigma_level * sigma_level, sigma_level * sigma_level, sigma_heading * sigma_heading};
+  const double white[3] = {sigma_level * sigma_level, sigma_level * sigma_level,
+                           sigma_heading * sigma_heading};
   double L[3][3], cross_g[3][6];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {

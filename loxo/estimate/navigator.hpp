@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples in, solution out: the joint filter of INS, odometer and fixes, sample by sample. Strapdown and covariance stand
-// on ECEF axes, so no frame is ever switched under the filter; the frame of a row is a matter of display.
-// No allocation after construction.
+// Samples in, solution out: the joint filter of INS, odometer and fixes, sample by sample.
+// Strapdown and covariance stand on ECEF axes, so no frame is ever switched under the filter; the
+// frame of a row is a matter of display. No allocation after construction.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -16,48 +16,50 @@
 
 namespace loxo {
 
-// 1-sigma, SI. Defaults are those of estimation.md 1.3 and 2; a drive's own declaration replaces them.
+// 1-sigma, SI. Defaults are those of estimation.md 1.3 and 2; a drive's own declaration replaces
+// them.
 struct NavigatorConfig {
   Ellipsoid ellipsoid;
   double imu_interval = 0.01;  // s, nominal
   // Inertial sensors
-  double gyro_noise = 0, accel_noise = 0;            // rad/sqrt(s), m/s/sqrt(s)
-  double gyro_bias = 0, accel_bias = 0;              // rad/s, m/s^2
-  double gyro_bias_tau = 3600, accel_bias_tau = 3600;  // s; `moving` of the bias is a walk with this time
-  double bias_moving = 0.3;                          // part of the bias sigma that moves
-  double gyro_scale = 0, accel_scale = 0;            // 0: off
+  double gyro_noise = 0, accel_noise = 0;  // rad/sqrt(s), m/s/sqrt(s)
+  double gyro_bias = 0, accel_bias = 0;    // rad/s, m/s^2
+  double gyro_bias_tau = 3600,
+         accel_bias_tau = 3600;            // s; `moving` of the bias is a walk with this time
+  double bias_moving = 0.3;                // part of the bias sigma that moves
+  double gyro_scale = 0, accel_scale = 0;  // 0: off
   // Which witnesses are used
   bool use_odometer = true, use_nhc = true, use_zupt = true, use_zaru = true;
   // Odometer
   double scale = 1, scale_std = 0.03, scale_walk = 3e-5;  // k; 1/sqrt(s)
   double eps_h = 0, eps_p = 0, eps_std = 0.034906585039886591;
   double lever[3]{}, lever_std = 0.3;
-  double tau = 0, tau_std = 0, tau_walk = 0;         // s, s/sqrt(s)
-  double speed_std = 0.1;                            // m/s at 1 Hz, of a speed reading
-  double stamp_jitter = 0.1;                         // s, of a speed reading
-  double quantisation = 0;                           // m, of a distance reading
-  double scale_noise = 0;                            // white, of each distance reading
-  double slip_noise = 0;                             // rad, white, of each distance reading
-  double odometer_epoch = 1.0;                       // s: distances are summed up to this
-  bool unsigned_wheel = false;                       // the sign of the reading is not that of the motion
+  double tau = 0, tau_std = 0, tau_walk = 0;  // s, s/sqrt(s)
+  double speed_std = 0.1;                     // m/s at 1 Hz, of a speed reading
+  double stamp_jitter = 0.1;                  // s, of a speed reading
+  double quantisation = 0;                    // m, of a distance reading
+  double scale_noise = 0;                     // white, of each distance reading
+  double slip_noise = 0;                      // rad, white, of each distance reading
+  double odometer_epoch = 1.0;                // s: distances are summed up to this
+  bool unsigned_wheel = false;                // the sign of the reading is not that of the motion
   // Non-holonomic constraint [EST-13]
-  double nhc_epoch = 1.0, nhc_std = 0.02;            // s, m per epoch
+  double nhc_epoch = 1.0, nhc_std = 0.02;                  // s, m per epoch
   double nhc_side = 0.03, nhc_up = 0.05, nhc_turn = 0.02;  // m/sqrt(s), m/sqrt(s), 1
   // Standing still
   StandstillConfig standstill;
-  double zupt_std = 0.02;                            // m/s at 1 Hz
-  double zaru_sway[3]{};                             // rad/s, sd of the window means per body axis
+  double zupt_std = 0.02;  // m/s at 1 Hz
+  double zaru_sway[3]{};   // rad/s, sd of the window means per body axis
   // Fixes and other sensors
   double fix_lever[3]{};
-  double fix_std_min = 0;                            // m
-  bool fix_gate = true;                              // false: user fixes, never rejected (diagnosed)
+  double fix_std_min = 0;  // m
+  bool fix_gate = true;    // false: user fixes, never rejected (diagnosed)
   double fix_velocity_std = 0.1;
   double heading_std = 0.0087, height_std = 5.0, velocity_std = 0.1;
-  double vertical_std = 0;                           // > 0: height held to the start's with this sigma at 1 Hz (fixed, ship)
+  double vertical_std = 0;  // > 0: height held to the start's with this sigma at 1 Hz (fixed, ship)
   Gate gate;
-  double gap_rate = 0.03, gap_force = 0.7;           // rad/s, m/s^2: what may happen inside a gap (1.5)
-  double lock_time = 10.0;                           // s of motion until rejection must end
-  double product_epoch = 1.0;                        // s between epochs on the tape
+  double gap_rate = 0.03, gap_force = 0.7;  // rad/s, m/s^2: what may happen inside a gap (1.5)
+  double lock_time = 10.0;                  // s of motion until rejection must end
+  double product_epoch = 1.0;               // s between epochs on the tape
 };
 
 // What the filter starts from; P on ECEF axes.
@@ -66,7 +68,19 @@ struct NavigatorStart {
   Covariance<kStates> P;
 };
 
-enum class Sensor { kOdometer, kSide, kUp, kZeroVelocity, kZeroRate, kFix, kFixVelocity, kHeading, kHeight, kVelocity, kCount };
+enum class Sensor {
+  kOdometer,
+  kSide,
+  kUp,
+  kZeroVelocity,
+  kZeroRate,
+  kFix,
+  kFixVelocity,
+  kHeading,
+  kHeight,
+  kVelocity,
+  kCount
+};
 const char* sensor_name(Sensor s);
 
 class Navigator {
@@ -77,8 +91,9 @@ class Navigator {
 
   // A sample that ends at sample.t > state().t. Measurements whose time has come are used.
   void imu(const ImuIncrement<double>& sample);
-  // Measurements may be given ahead of the strapdown (they wait) or late by less than a second or two (used at once, along
-  // the present acceleration). False where the queue is full or the time goes back: not taken.
+  // Measurements may be given ahead of the strapdown (they wait) or late by less than a second or
+  // two (used at once, along the present acceleration). False where the queue is full or the time
+  // goes back: not taken.
   bool odometer(const OdometerTick& tick);
   bool fix(const Fix& fix);
   bool heading(const HeadingSample& heading);
@@ -95,21 +110,26 @@ class Navigator {
   Standing standing() const { return standing_; }
   const InnovationCount& innovations(Sensor s) const { return counts_[static_cast<int>(s)]; }
   bool diverged() const { return diverged_; }
-  // Accumulated: samples bridged in gaps, readings given a sign, dead-encoder seconds, slip and skid readings, wrong stamps.
+  // Accumulated: samples bridged in gaps, readings given a sign, dead-encoder seconds, slip and
+  // skid readings, wrong stamps.
   struct Events {
-    long gaps = 0, long_gaps = 0, signs_turned = 0, wrong_stamps = 0, outlier_fixes = 0, lock_recoveries = 0;
+    long gaps = 0, long_gaps = 0, signs_turned = 0, wrong_stamps = 0, outlier_fixes = 0,
+         lock_recoveries = 0;
     double dead_encoder = 0, slip = 0, skid = 0, standing = 0;
     double first_dead = kNone, first_slip = kNone, first_wrong_stamp = kNone;
   };
   const Events& events() const { return events_; }
-  // The solution at state().t; the sigma of the true heading grows as tan L near a pole, as it must.
+  // The solution at state().t; the sigma of the true heading grows as tan L near a pole, as it
+  // must.
   SolutionRow row(FrameId frame) const;
 
  private:
   struct Pending;
-  void step(double dt, const Vec<Body>& dtheta, const Vec<Body>& dv, double extra_psi, double extra_dv);
+  void step(double dt, const Vec<Body>& dtheta, const Vec<Body>& dv, double extra_psi,
+            double extra_dv);
   MeasurementPoint point(double age) const;
-  bool scalar(Sensor sensor, const ScalarMeasurement& m, double z, double r, const Gate& gate, Weighed* out = nullptr);
+  bool scalar(Sensor sensor, const ScalarMeasurement& m, double z, double r, const Gate& gate,
+              Weighed* out = nullptr);
   void close();
   void tape_flush();
   void stand_still_epoch();
@@ -140,8 +160,10 @@ class Navigator {
   MountingAxes mounting_;
   double h0_ = 0, nhc_age_ = 0, vertical_age_ = 0, epoch_age_ = 0, last_dt_ = 0;
   bool have_tick_ = false;
-  double tick_t_ = 0, tick_sum_ = 0, tick_noise_ = 0, tick_begin_ = 0, tick_begin_speed_ = 0, tick_side_ = 0;
-  double odometer_used_t_ = -1e300, rejected_since_ = 1e300, inflated_t_ = -1e300, fix_rejected_since_ = 1e300;
+  double tick_t_ = 0, tick_sum_ = 0, tick_noise_ = 0, tick_begin_ = 0, tick_begin_speed_ = 0,
+         tick_side_ = 0;
+  double odometer_used_t_ = -1e300, rejected_since_ = 1e300, inflated_t_ = -1e300,
+         fix_rejected_since_ = 1e300;
   double stopped_t_ = 0;
   std::unique_ptr<Pending> pending_;
 
@@ -152,12 +174,15 @@ class Navigator {
 };
 
 // A row of the solution from a nominal state and its covariance.
-SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Covariance<kStates>& P, FrameId frame, std::uint32_t health);
+SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Covariance<kStates>& P,
+                         FrameId frame, std::uint32_t health);
 
-// P0 after self-alignment from its causes, correlated [EST-14]: level from accelerometer biases, heading from the east
-// gyro bias and the level; on ECEF axes, into P's psi and bias blocks. sigma_level, sigma_heading: the random part.
-// `static_heading` false: the heading was given with sigma_heading, not found from the gyros.
-void alignment_covariance(const Ellipsoid& ell, const NominalState& s, double gyro_bias, double accel_bias, double sigma_level,
-                          double sigma_heading, bool static_heading, Covariance<kStates>& P);
+// P0 after self-alignment from its causes, correlated [EST-14]: level from accelerometer biases,
+// heading from the east gyro bias and the level; on ECEF axes, into P's psi and bias blocks.
+// sigma_level, sigma_heading: the random part. `static_heading` false: the heading was given with
+// sigma_heading, not found from the gyros.
+void alignment_covariance(const Ellipsoid& ell, const NominalState& s, double gyro_bias,
+                          double accel_bias, double sigma_level, double sigma_heading,
+                          bool static_heading, Covariance<kStates>& P);
 
 }  // namespace loxo

@@ -51,7 +51,8 @@ void TransitionProduct::clear() {
   for (int i = 0; i < kStates; ++i) f[i][i] = 1;
   identity = true;
 }
-void TransitionProduct::advance(const ErrorTransition<double>& t, const AccumulatorTransition<double>& acc) {
+void TransitionProduct::advance(const ErrorTransition<double>& t,
+                                const AccumulatorTransition<double>& acc) {
   advance_product(f, t, &acc);
   identity = false;
 }

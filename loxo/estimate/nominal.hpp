@@ -7,18 +7,19 @@
 
 namespace loxo {
 
-// SI, radians. q: body to ECEF. Constants are the values in use; corrected gyro = (measured - bg)/(1 + sg).
+// SI, radians. q: body to ECEF. Constants are the values in use; corrected gyro = (measured -
+// bg)/(1 + sg).
 struct NominalState {
   double t = 0;
   Quat<Ecef, Body> q = Quat<Ecef, Body>::identity();
   Vec<Ecef> v;
   Point<Ecef> r;
   Vec<Body> bg, ba, sg, sa;
-  double scale = 1;              // k = indicated/true
-  double eps_h = 0, eps_p = 0;   // IMU heading - course, IMU pitch - climb angle
-  Vec<Body> lever;               // from the IMU to the odometer point
-  double tau = 0;                // odo(t) = k speed(t - tau)
-  double d[3]{};                 // right, forward, up displacement since the last tick of each
+  double scale = 1;             // k = indicated/true
+  double eps_h = 0, eps_p = 0;  // IMU heading - course, IMU pitch - climb angle
+  Vec<Body> lever;              // from the IMU to the odometer point
+  double tau = 0;               // odo(t) = k speed(t - tau)
+  double d[3]{};                // right, forward, up displacement since the last tick of each
 };
 
 // [EST-6]: navigation errors are subtracted, constants added.
@@ -26,7 +27,8 @@ void feed_back(NominalState& s, const double x[kStates]);
 // [EST-7]: G_psi = I + 1/2 [psi] on the rows and columns of psi.
 void reset_attitude(Covariance<kStates>& P, const double x[kStates]);
 
-// The product of transitions since the last record of a tape: rows of the moving states, constants are identity.
+// The product of transitions since the last record of a tape: rows of the moving states, constants
+// are identity.
 struct alignas(64) TransitionProduct {
   double f[kStates][Covariance<kStates>::kStride];
   bool identity = true;
@@ -43,8 +45,10 @@ class FilterTape {
  public:
   virtual ~FilterTape() = default;
   virtual void transition(const TransitionProduct& f) = 0;
-  virtual void measurement(const SparseRow<double>& h, double s, double y, const double gain[kStates]) = 0;
-  virtual void epoch(const NominalState& nominal, const Covariance<kStates>& P, std::uint32_t health) = 0;
+  virtual void measurement(const SparseRow<double>& h, double s, double y,
+                           const double gain[kStates]) = 0;
+  virtual void epoch(const NominalState& nominal, const Covariance<kStates>& P,
+                     std::uint32_t health) = 0;
 };
 
 }  // namespace loxo

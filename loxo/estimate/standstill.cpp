@@ -9,7 +9,8 @@ double standstill_factor(int samples) {
   return sqrt(c * c * c);
 }
 
-void StandstillDetector::sample(double dt, const Vec<Body>& w, const Vec<Body>& f, const Vec<Body>& w_rest) {
+void StandstillDetector::sample(double dt, const Vec<Body>& w, const Vec<Body>& f,
+                                const Vec<Body>& w_rest) {
   if (n_ == 0) first_f_ = f;
   const Vec<Body> e = w - w_rest, g = f - first_f_;
   ++n_;
@@ -36,10 +37,12 @@ StandstillVerdict StandstillDetector::judge(double now, double filter_speed, dou
   v.tw = sqrt(ww_ / (3.0 * n_)) / config_.sigma_w;
   v.tf = sqrt(max(0.0, ff_ - n_ * dot(mean, mean)) / (3.0 * n_)) / config_.sigma_f;
   // An idling engine's samples are correlated: not more than ten independent ones a second.
-  const int independent = n_ < 10 ? n_ : static_cast<int>(min(static_cast<double>(n_), max(10.0, 10.0 * length_)));
+  const int independent =
+      n_ < 10 ? n_ : static_cast<int>(min(static_cast<double>(n_), max(10.0, 10.0 * length_)));
   const double factor = config_.factor > 0 ? config_.factor : standstill_factor(independent);
   v.imu_quiet = v.tw < factor && v.tf < factor;
-  v.wheel_known = wheel_t_ > now - max(config_.window, config_.wheel_age * wheel_interval_) - wheel_interval_;
+  v.wheel_known =
+      wheel_t_ > now - max(config_.window, config_.wheel_age * wheel_interval_) - wheel_interval_;
   v.wheel_quiet = v.wheel_known && wheel_moved_t_ < now - v.length;
   v.filter_agrees = filter_speed < filter_limit;
   const bool others = v.imu_quiet && v.filter_agrees;

@@ -1,35 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standing still, seen by three witnesses that must agree: the IMU, the wheel, the filter (estimation.md section 3).
+// Standing still, seen by three witnesses that must agree: the IMU, the wheel, the filter
+// (estimation.md section 3).
 #pragma once
-#include "loxo/num/geometry.hpp"
 #include "loxo/earth/frames.hpp"
+#include "loxo/num/geometry.hpp"
 
 namespace loxo {
 
 enum class Standing { kMoving, kStanding, kDeadEncoder, kSpin };
 
 struct StandstillConfig {
-  double window = 1.0;                 // s
-  double sigma_w = 0, sigma_f = 0;     // noise of one sample at rest: rad/s, m/s^2
-  double factor = 0;                   // rms factor; 0: derived from chi2(1 - 1e-6) of the window's samples
-  double wheel_quiet = 0.05;           // m/s
-  double wheel_age = 1.5;              // of its tick interval
+  double window = 1.0;              // s
+  double sigma_w = 0, sigma_f = 0;  // noise of one sample at rest: rad/s, m/s^2
+  double factor = 0;          // rms factor; 0: derived from chi2(1 - 1e-6) of the window's samples
+  double wheel_quiet = 0.05;  // m/s
+  double wheel_age = 1.5;     // of its tick interval
 };
 
 // What the detector says at the end of a window; mean_w: mean measured rate of the window, rad/s.
 struct StandstillVerdict {
-  bool complete = false;       // a window has just ended
+  bool complete = false;  // a window has just ended
   Standing standing = Standing::kMoving;
   bool imu_quiet = false, wheel_quiet = false, wheel_known = false, filter_agrees = false;
   Vec<Body> mean_w;
-  double length = 0;           // s
-  double tw = 0, tf = 0;       // rms of the window in sigmas
+  double length = 0;      // s
+  double tw = 0, tf = 0;  // rms of the window in sigmas
 };
 
 class StandstillDetector {
  public:
   explicit StandstillDetector(const StandstillConfig& config) : config_(config) {}
-  // One sample: measured rate and specific force, w_rest = what a body at rest would show (bias + Earth rate).
+  // One sample: measured rate and specific force, w_rest = what a body at rest would show (bias +
+  // Earth rate).
   void sample(double dt, const Vec<Body>& w, const Vec<Body>& f, const Vec<Body>& w_rest);
   // The wheel's last word before now: its speed (distance over interval) and its age.
   void wheel(double t, double speed, double interval);
@@ -48,7 +50,8 @@ class StandstillDetector {
   double dead_since_ = 1e300, spin_since_ = 1e300;
 };
 
-// rms factor of W samples of three axes for a false alarm of 1e-6: sqrt(chi2_{3W}(1 - 1e-6)/(3W)) (Wilson-Hilferty).
+// rms factor of W samples of three axes for a false alarm of 1e-6: sqrt(chi2_{3W}(1 - 1e-6)/(3W))
+// (Wilson-Hilferty).
 double standstill_factor(int samples);
 
 }  // namespace loxo
