@@ -14,12 +14,15 @@ enum class ErrorKind {
   kRequirement = 4,  // the result missed a --require
 };
 
-// `where` is "file:line:column", "file: key imu.units" or an option's name; `what` says what was expected
-// and what was found, and names the nearest valid name. what() is "where: what" (or what alone).
+// `where` is "file:line:column", "file: key imu.units" or an option's name; `what` says what was
+// expected and what was found, and names the nearest valid name. what() is "where: what" (or what
+// alone).
 class Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, const std::string& what, const std::string& where = {})
-      : std::runtime_error(where.empty() ? what : where + ": " + what), kind_(kind), where_(where) {}
+      : std::runtime_error(where.empty() ? what : where + ": " + what),
+        kind_(kind),
+        where_(where) {}
   ErrorKind kind() const { return kind_; }
   int exit_code() const { return static_cast<int>(kind_); }
   const std::string& where() const { return where_; }

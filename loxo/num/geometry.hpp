@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The carriers whose frame is part of the type. Plain aggregates over a scalar; letters that touch must
-// match: C_nb * f_b compiles, C_nb * f_n does not. Frame tags stand in earth/frames.hpp.
+// The carriers whose frame is part of the type. Plain aggregates over a scalar; letters that touch
+// must match: C_nb * f_b compiles, C_nb * f_n does not. Frame tags stand in earth/frames.hpp.
 #pragma once
+#include <type_traits>
+
 #include "loxo/num/functions.hpp"
 #include "loxo/num/real.hpp"
 
@@ -32,11 +34,11 @@ inline Vec<F, S> operator-(const Vec<F, S>& a) {
   return {-a.x, -a.y, -a.z};
 }
 template <class F, Real S>
-inline Vec<F, S> operator*(const Vec<F, S>& a, S k) {
+inline Vec<F, S> operator*(const Vec<F, S>& a, std::type_identity_t<S> k) {
   return {a.x * k, a.y * k, a.z * k};
 }
 template <class F, Real S>
-inline Vec<F, S> operator*(S k, const Vec<F, S>& a) {
+inline Vec<F, S> operator*(std::type_identity_t<S> k, const Vec<F, S>& a) {
   return {k * a.x, k * a.y, k * a.z};
 }
 template <class F, Real S>
@@ -115,10 +117,9 @@ struct Quat {
 
 template <class A, class B, class C, Real S>
 inline Quat<A, C, S> operator*(const Quat<A, B, S>& p, const Quat<B, C, S>& q) {
-  return {p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z,
-          p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y,
-          p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x,
-          p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w};
+  return {
+      p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z, p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y,
+      p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x, p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w};
 }
 template <class A, class B, Real S>
 inline Quat<B, A, S> conjugate(const Quat<A, B, S>& q) {
@@ -182,7 +183,9 @@ Quat<A, B, S> exp_rotation(const Vec<B, S>& phi) {
   const S h = half * sqrt(n2);
   const S h2 = h * h;
   // sin(h)/(2h) by its series below 0.05 rad: no division by a small number.
-  const S series = half * (S(1.0) - h2 * (S(1.0 / 6.0) - h2 * (S(1.0 / 120.0) - h2 * (S(1.0 / 5040.0) - h2 * S(1.0 / 362880.0)))));
+  const S series =
+      half * (S(1.0) - h2 * (S(1.0 / 6.0) - h2 * (S(1.0 / 120.0) - h2 * (S(1.0 / 5040.0) -
+                                                                         h2 * S(1.0 / 362880.0)))));
   const auto small = h < S(0.05);
   const S hs = select(small, S(1.0), h);
   const S k = select(small, series, half * sin(hs) / hs);

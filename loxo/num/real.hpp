@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The closed list of scalars: `double`, and `Lanes` (eight trials side by side). Kernels are templates over
-// a Real, instantiated for both in their .cpp, and choose with select(); they never branch on data.
+// The closed list of scalars: `double`, and `Lanes` (eight trials side by side). Kernels are
+// templates over a Real, instantiated for both in their .cpp, and choose with select(); they never
+// branch on data.
 #pragma once
 #include <cmath>
 #include <concepts>
