@@ -4,6 +4,7 @@
 #include "loxo/earth/angle.hpp"
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/latitude_sums.hpp"
+#include "loxo/num/units.hpp"
 
 namespace loxo {
 namespace {
@@ -31,44 +32,144 @@ S atanh_ratio(S y) {
   return select(small, S(1.0), atanh(z) / z);
 }
 
+// A latitude with its sine and cosine, which may know more of it than its radians do.
+template <Real S>
+struct Parallel {
+  S lat, s, c;
+};
+template <Real S>
+Parallel<S> parallel(S lat) {
+  Parallel<S> p;
+  p.lat = lat;
+  sincos(lat, p.s, p.c);
+  return p;
+}
+
 // (q2 - q1)/x and (m2 - m1)/(R x) with x = 2 sin((phi2 - phi1)/2): both regular at phi1 = phi2.
 template <Real S>
 struct Ratios {
-  S q, mu;
+  S x, q, mu;
 };
 template <Real S>
-Ratios<S> divided(const Ellipsoid& ell, S lat1, S lat2) {
-  S s1, c1, s2, c2, sh, ch;
-  const S delta = lat2 - lat1, half = S(0.5) * delta;
-  sincos(lat1, s1, c1);
-  sincos(lat2, s2, c2);
-  sincos(half, sh, ch);
+Ratios<S> divided(const Ellipsoid& ell, const Parallel<S>& p1, const Parallel<S>& p2, S delta) {
+  S sh, ch;
+  sincos(S(0.5) * delta, sh, ch);
   // The mean latitude; no cancellation: the nearer a point is to the pole, the smaller its cosine's
   // share.
-  const S cm = c1 * ch - s1 * sh, sm = s1 * ch + c1 * sh;
-  const S x = S(2.0) * sh;
+  const S cm = p1.c * ch - p1.s * sh, sm = p1.s * ch + p1.c * sh;
+  Ratios<S> r;
+  r.x = S(2.0) * sh;
   // gd^-1(phi2) - gd^-1(phi1) = asinh((sin phi2 - sin phi1)/(cos phi1 cos phi2)), sin phi2 - sin
   // phi1 = x cm.
-  const S k = cm / (c1 * c2);
+  const S k = cm / (p1.c * p2.c);
   // atanh(e s2) - atanh(e s1) = atanh(e (s2 - s1)/(1 - e^2 s1 s2)).
-  const S w = cm / (S(1.0) - S(ell.e2) * s1 * s2);
-  Ratios<S> r;
-  r.q = k * asinh_ratio(x * k) - S(ell.e2) * w * atanh_ratio(S(ell.e) * x * w);
+  const S w = cm / (S(1.0) - S(ell.e2) * p1.s * p2.s);
+  r.q = k * asinh_ratio(r.x * k) - S(ell.e2) * w * atanh_ratio(S(ell.e) * r.x * w);
   // mu2 - mu1 = delta + 2 sum c_j cos(2 j phi_m) sin(j delta), sin(delta) = x ch.
   const S chord =
-      select(fabs(delta) < S(1e-8), S(1.0), delta / select(fabs(x) > S(0.0), x, S(1.0)));
+      select(fabs(delta) < S(1e-8), S(1.0), delta / select(fabs(r.x) > S(0.0), r.x, S(1.0)));
   r.mu =
       chord + S(2.0) * ch * mean_sum(ell.mu_of_phi, (cm - sm) * (cm + sm), (ch - sh) * (ch + sh));
   return r;
 }
 
-// 1/D = (m2 - m1)/(q2 - q1) [m]: the mean radius of the circle of latitude; 0 where a pole is an
-// end point.
+// At the poles themselves the line lies in the meridian: D is infinite.
 template <Real S>
-S inverse_d(const Ellipsoid& ell, S lat1, S lat2) {
-  const Ratios<S> r = divided(ell, lat1, lat2);
-  const auto pole = (fabs(lat1) >= S(kHalfPi)) | (fabs(lat2) >= S(kHalfPi));
-  return select(pole, S(0.0), S(ell.rectifying_radius) * r.mu / r.q);
+auto at_pole(S lat) {
+  return fabs(lat) >= S(kHalfPi);
+}
+
+template <Real S>
+RhumbInverse<S> inverse(const Ellipsoid& ell, const Parallel<S>& p1, const Parallel<S>& p2, S delta,
+                        S dlon) {
+  const Ratios<S> d = divided(ell, p1, p2, delta);
+  const auto inside = (fabs(p1.lat) <= S(kHalfPi)) & (fabs(p2.lat) <= S(kHalfPi));
+  const auto pole = at_pole(p1.lat) | at_pole(p2.lat);
+  const S length = S(ell.rectifying_radius) * d.mu;
+  RhumbInverse<S> r;
+  r.north = select(inside, length * d.x, S(kNaN));  // (V-17)
+  r.east = select(pole, S(0.0), dlon * (length / d.q));
+  r.distance = sqrt(r.north * r.north + r.east * r.east);
+  r.azimuth = atan2(r.east, r.north);
+  return r;
+}
+
+// Onto a pole or from it only along its meridian: 1e-7 m across is the rounding of sin(pi).
+constexpr double kOnMeridian = 1e-7;
+
+// phi2 - phi1 and the longitude difference; NaN beyond a pole.
+template <Real S>
+struct Step {
+  S delta, dlon;
+};
+template <Real S>
+Step<S> direct(const Ellipsoid& ell, const Parallel<S>& p1, S north, S east) {
+  const S step = north * S(1.0 / ell.rectifying_radius);  // mu2 - mu1
+  const S mu1 = p1.lat + sine_sum(ell.mu_of_phi, p1.s, p1.c);
+  S sh, ch, sm, cm;
+  sincos(S(0.5) * step, sh, ch);
+  sincos(mu1 + S(0.5) * step, sm, cm);
+  // phi2 - phi1 relative to its size, so that an east-west line keeps its D.
+  S delta = step + S(4.0) * sh * ch *
+                       mean_sum(ell.phi_of_mu, (cm - sm) * (cm + sm), (ch - sh) * (ch + sh));
+  // Beyond a pole by more than rounding: no such line. Within rounding of it: the pole.
+  const S slack(4.0e-16);
+  const auto inside = (fabs(mu1 + step) <= S(kHalfPi) + slack) & (fabs(p1.lat) <= S(kHalfPi));
+  const S lat2 = p1.lat + delta;
+  const auto over = fabs(lat2) > S(kHalfPi);
+  const S capped = copysign(S(kHalfPi), lat2);
+  delta = select(over, capped - p1.lat, delta);
+  const Parallel<S> p2 = parallel(select(over, capped, lat2));
+  const Ratios<S> d = divided(ell, p1, p2, delta);
+  const auto pole = at_pole(p1.lat) | at_pole(p2.lat);
+  Step<S> r;
+  r.dlon = select(pole, select(fabs(east) <= S(kOnMeridian), S(0.0), S(kNaN)),
+                  east * (d.q / d.mu) * S(1.0 / ell.rectifying_radius));  // (V-8)
+  r.dlon = select(inside, r.dlon, S(kNaN));
+  r.delta = select(inside, delta, S(kNaN));
+  return r;
+}
+
+// Sine and cosine of degrees, |x| <= 720: the quadrant is taken off before the radians. Exact at 0,
+// 90, 180 …
+void sincos_degrees(double x, double& s, double& c) {
+  const double quadrant = round(x / 90.0);
+  double s0, c0;
+  sincos((x - 90.0 * quadrant) * deg, s0, c0);
+  switch (static_cast<int>(quadrant) & 3) {
+    case 0:
+      s = s0;
+      c = c0;
+      break;
+    case 1:
+      s = c0;
+      c = -s0;
+      break;
+    case 2:
+      s = -s0;
+      c = -c0;
+      break;
+    default:
+      s = -c0;
+      c = s0;
+      break;
+  }
+}
+
+Parallel<double> parallel_degrees(double lat) {
+  Parallel<double> p{};
+  p.lat = fabs(lat) == 90.0 ? copysign(kHalfPi, lat) : lat * deg;
+  sincos_degrees(lat, p.s, p.c);
+  // The pole's own cosine stays above 0: the kernel divides by it before it selects.
+  if (p.c < 6e-17) p.c = 6e-17;
+  return p;
+}
+
+// Into (-180, 180]; the subtractions are exact for |x| <= 720.
+double wrap_degrees(double x) {
+  while (x > 180.0) x -= 360.0;
+  while (x <= -180.0) x += 360.0;
+  return x;
 }
 
 }  // namespace
@@ -116,53 +217,48 @@ S isometric_rate(const Ellipsoid& ell, S lat) {
 
 template <Real S>
 S isometric_divided_difference(const Ellipsoid& ell, S lat1, S lat2) {
-  return S(1.0) / inverse_d(ell, lat1, lat2);  // (V-8)
+  const Ratios<S> d = divided(ell, parallel(lat1), parallel(lat2), lat2 - lat1);  // (V-8)
+  return select(at_pole(lat1) | at_pole(lat2), S(std::numeric_limits<double>::infinity()),
+                d.q / (S(ell.rectifying_radius) * d.mu));
 }
 
 template <Real S>
 RhumbInverse<S> rhumb_inverse(const Ellipsoid& ell, S lat1, S lon1, S lat2, S lon2) {
-  const Ratios<S> d = divided(ell, lat1, lat2);
-  const S a1 = fabs(lat1), a2 = fabs(lat2);
-  const auto pole = (a1 >= S(kHalfPi)) | (a2 >= S(kHalfPi));
-  const auto outside = !((a1 <= S(kHalfPi)) & (a2 <= S(kHalfPi)));
-  RhumbInverse<S> r;
-  const S x = S(2.0) * sin(S(0.5) * (lat2 - lat1));
-  r.north = select(outside, S(kNaN), S(ell.rectifying_radius) * x * d.mu);  // (V-17)
-  r.east = select(pole, S(0.0), wrap_pi(lon2 - lon1) * (S(ell.rectifying_radius) * d.mu / d.q));
-  r.distance = sqrt(r.north * r.north + r.east * r.east);
-  r.azimuth = wrap_2pi(atan2(r.east, r.north));
+  RhumbInverse<S> r =
+      inverse(ell, parallel(lat1), parallel(lat2), lat2 - lat1, wrap_pi(lon2 - lon1));
+  r.azimuth = wrap_2pi(r.azimuth);
   return r;
 }
 
 template <Real S>
 LatLon<S> rhumb_direct(const Ellipsoid& ell, S lat1, S lon1, S azimuth, S distance) {
-  S sa, ca, s1, c1, sh, ch;
+  S sa, ca;
   sincos(azimuth, sa, ca);
-  sincos(lat1, s1, c1);
-  const S step = distance * ca * S(1.0 / ell.rectifying_radius);  // mu2 - mu1
-  const S mu1 = lat1 + sine_sum(ell.mu_of_phi, s1, c1);
-  const S mu2 = mu1 + step;
-  sincos(S(0.5) * step, sh, ch);
-  S sm, cm;
-  sincos(mu1 + S(0.5) * step, sm, cm);
-  // phi2 - phi1 relative to its size, so that an east-west line keeps its D.
-  const S delta = step + S(4.0) * sh * ch *
-                             mean_sum(ell.phi_of_mu, (cm - sm) * (cm + sm), (ch - sh) * (ch + sh));
-  const S lat = lat1 + delta;
-  // Beyond a pole by more than rounding: no such line. Within rounding of it: the pole.
-  const S reach = fabs(mu2), slack(4.0e-16);
-  const auto outside = !(reach <= S(kHalfPi) + slack) | !(fabs(lat1) <= S(kHalfPi));
-  const S lat2 = min(max(lat, S(-kHalfPi)), S(kHalfPi));
-  const auto pole = (fabs(lat2) >= S(kHalfPi)) | (fabs(lat1) >= S(kHalfPi));
-  const Ratios<S> d = divided(ell, lat1, lat2);
-  const S east = distance * sa;
-  const S dlon = east * (d.q / d.mu) * S(1.0 / ell.rectifying_radius);  // (V-8)
-  // Onto or from a pole only along its meridian: 1e-7 m across is rounding of sin(pi).
-  const auto meridian = fabs(east) <= S(1e-7);
-  LatLon<S> r;
-  r.lat = select(outside, S(kNaN), lat2);
-  r.lon = select(outside, S(kNaN),
-                 wrap_pi(lon1 + select(pole, select(meridian, S(0.0), S(kNaN)), dlon)));
+  const Step<S> d = direct(ell, parallel(lat1), distance * ca, distance * sa);
+  return {lat1 + d.delta, wrap_pi(lon1 + d.dlon)};
+}
+
+RhumbInverse<double> rhumb_inverse_degrees(const Ellipsoid& ell, double lat1, double lon1,
+                                           double lat2, double lon2) {
+  const Parallel<double> p1 = parallel_degrees(lat1), p2 = parallel_degrees(lat2);
+  RhumbInverse<double> r =
+      inverse(ell, p1, p2, (lat2 - lat1) * deg, wrap_degrees(lon2 - lon1) * deg);
+  r.azimuth = r.azimuth / deg;
+  if (r.azimuth < 0.0) r.azimuth += 360.0;
+  if (r.azimuth >= 360.0) r.azimuth = 0.0;
+  return r;
+}
+
+LatLon<double> rhumb_direct_degrees(const Ellipsoid& ell, double lat1, double lon1, double azimuth,
+                                    double distance) {
+  double sa, ca;
+  sincos_degrees(azimuth, sa, ca);
+  const Step<double> d = direct(ell, parallel_degrees(lat1), distance * ca, distance * sa);
+  LatLon<double> r{lat1 + d.delta / deg, d.dlon / deg};
+  r.lat = min(max(r.lat, -90.0), 90.0);
+  if (!(d.delta == d.delta)) r.lat = kNaN;
+  // Whole turns of a spiral are taken off before the starting longitude is added.
+  r.lon = wrap_degrees(wrap_degrees(lon1) + (r.lon - 360.0 * round(r.lon / 360.0)));
   return r;
 }
 
