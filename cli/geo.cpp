@@ -200,8 +200,12 @@ TableJob gauss_forward_job(const Ellipsoid& ell, double lon0, double false_easti
             const double lat = in[0] * deg, dlon = wrap_pi(in[1] * deg - lon0);
             if (too_far(ell, std::atanh(std::cos(lat) * std::sin(dlon))))
               return std::string(kTooFar);
-            const auto r = paper ? gauss_forward_paper(ell, lat, dlon, 0.0, false_easting)
-                                 : gauss_forward(ell, lat, dlon, 0.0, false_easting);
+            const auto exact = gauss_forward(ell, lat, dlon, 0.0, false_easting);
+            const auto r = paper ? gauss_forward_paper(ell, lat, dlon, 0.0, false_easting) : exact;
+            // A truncated series says nothing far away.
+            if (std::hypot(r.x - exact.x, r.y - exact.y) > 100.0)
+              return std::string(
+                  "the papers' series is more than 100 m wrong here; use --series exact");
             out[0] = r.x;
             out[1] = r.y;
             return std::string();
