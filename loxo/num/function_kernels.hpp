@@ -414,7 +414,7 @@ LOXO_INLINE S wrap_pi(const S& x) {
   const S r = less_turns(x, n);
   // The quotient's rounding can leave the result a hair outside.
   const S up = select(r <= -kPiHi, r + 2.0 * kPiHi, r);
-  const S in = select(up > kPiHi, up - 2.0 * kPiHi, up);
+  const S in = select(up > kPiHi, S(kPiHi), up);  // -pi itself comes out as pi, not as -pi again
   return select(fabs(x) <= kTrigDomain, in, S(kNan));
 }
 template <Real S>
