@@ -2,25 +2,9 @@
 #include "loxo/earth/geodetic.hpp"
 
 #include "loxo/earth/angle.hpp"
+#include "loxo/num/lanes.hpp"
 
 namespace loxo {
-
-template <Real S>
-S wrap_pi(S x) {
-  // 2 pi in two parts: exact to rounding for a few turns. What is in range stays as it is, to the
-  // bit.
-  const S turns = floor(S(0.5) + x * S(1.0 / kTwoPi));
-  const S far =
-      max(S(-kPiDouble), min((x - turns * S(kTwoPi)) - turns * S(kTwoPiRest), S(kPiDouble)));
-  const S y = select(fabs(x) <= S(kPiDouble), x, far);
-  return select(y <= S(-kPiDouble), S(kPiDouble), select(x == x, y, x));
-}
-template <Real S>
-S wrap_2pi(S x) {
-  const S y = wrap_pi(x);
-  const S z = select(y < S(0.0), y + S(kTwoPi), y);
-  return select(z >= S(kTwoPi), S(0.0), z);
-}
 
 template <Real S>
 Point<Ecef, S> to_ecef(const Ellipsoid& ell, const Geodetic<S>& p) {
@@ -106,8 +90,6 @@ Rot<Geographic, Ecef, S> geographic_axes(S lat, S lon) {
 }
 
 #define LOXO_INSTANTIATE(S)                                                         \
-  template S wrap_pi<S>(S);                                                         \
-  template S wrap_2pi<S>(S);                                                        \
   template Point<Ecef, S> to_ecef<S>(const Ellipsoid&, const Geodetic<S>&);         \
   template Geodetic<S> to_geodetic<S>(const Ellipsoid&, const Point<Ecef, S>&);     \
   template NormalHeight<S> to_normal<S>(const Ellipsoid&, const Point<Ecef, S>&);   \
@@ -115,6 +97,7 @@ Rot<Geographic, Ecef, S> geographic_axes(S lat, S lon) {
   template Vec<Ecef, S> normal_of<S>(S, S);                                         \
   template Rot<Geographic, Ecef, S> geographic_axes<S>(S, S);
 LOXO_INSTANTIATE(double)
+LOXO_INSTANTIATE(Lanes)
 #undef LOXO_INSTANTIATE
 
 }  // namespace loxo

@@ -13,13 +13,6 @@ struct Geodetic {
   S lat{}, lon{}, h{};
 };
 
-// Longitude or angle difference brought into (-pi, pi].
-template <Real S>
-S wrap_pi(S x);
-// Heading or azimuth brought into [0, 2 pi).
-template <Real S>
-S wrap_2pi(S x);
-
 // Exact, any latitude. polar.md 1.3.
 template <Real S>
 Point<Ecef, S> to_ecef(const Ellipsoid& ell, const Geodetic<S>& p);

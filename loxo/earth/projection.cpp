@@ -4,6 +4,7 @@
 #include "loxo/earth/angle.hpp"
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/latitude_sums.hpp"
+#include "loxo/num/lanes.hpp"
 
 namespace loxo {
 namespace {
@@ -169,6 +170,7 @@ LatLon<S> polar_stereographic_inverse(const Ellipsoid& ell, S x, S y, double lon
   template PlaneXY<S> polar_stereographic_forward<S>(const Ellipsoid&, S, S, double, bool); \
   template LatLon<S> polar_stereographic_inverse<S>(const Ellipsoid&, S, S, double, bool);
 LOXO_INSTANTIATE(double)
+LOXO_INSTANTIATE(Lanes)
 #undef LOXO_INSTANTIATE
 
 }  // namespace loxo

@@ -4,6 +4,7 @@
 #include "loxo/earth/angle.hpp"
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/latitude_sums.hpp"
+#include "loxo/num/lanes.hpp"
 #include "loxo/num/units.hpp"
 
 namespace loxo {
@@ -272,6 +273,7 @@ LatLon<double> rhumb_direct_degrees(const Ellipsoid& ell, double lat1, double lo
   template RhumbInverse<S> rhumb_inverse<S>(const Ellipsoid&, S, S, S, S); \
   template LatLon<S> rhumb_direct<S>(const Ellipsoid&, S, S, S, S);
 LOXO_INSTANTIATE(double)
+LOXO_INSTANTIATE(Lanes)
 #undef LOXO_INSTANTIATE
 
 }  // namespace loxo

@@ -2,6 +2,7 @@
 #include "loxo/earth/transverse.hpp"
 
 #include "loxo/earth/angle.hpp"
+#include "loxo/num/lanes.hpp"
 
 namespace loxo {
 
@@ -96,6 +97,7 @@ Rot<Grid, Ecef, S> grid_axes(S tlat, S tlon, double lon0) {
   template S transverse_convergence<S>(S, S, double);                         \
   template Rot<Grid, Ecef, S> grid_axes<S>(S, S, double);
 LOXO_INSTANTIATE(double)
+LOXO_INSTANTIATE(Lanes)
 #undef LOXO_INSTANTIATE
 
 }  // namespace loxo
