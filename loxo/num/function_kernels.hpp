@@ -322,9 +322,9 @@ inline constexpr double kLogC[] = {0x1.5555555555555p-1, 0x1.9999999999a38p-2, 0
                                    0x1.0fbe69b2a187bp-3, 0x1.0c0569de6604dp-3};
 inline constexpr std::uint64_t kRootHalf = 0x3fe6a09e667f3bcd;  // bits of sqrt(1/2)
 
-// log((u + ulo) 2^extra) for a normal u > 0, |ulo| at most an ulp of u or so.
+// log(u 2^extra) + c for a normal u > 0; c is ulo / u where the argument is u + ulo.
 template <Real S>
-LOXO_INLINE S log_of(const S& u, const S& ulo, const S& extra) {
+LOXO_INLINE S log_of(const S& u, const S& c, const S& extra) {
   using B = BitsOf<S>;
   // u = 2^e m, m in [sqrt(1/2), sqrt(2)).
   const B shifted = to_bits(u) + B(0x3ff0000000000000 - kRootHalf);
@@ -334,7 +334,7 @@ LOXO_INLINE S log_of(const S& u, const S& ulo, const S& extra) {
   const S h = 0.5 * f * f;
   const Two<S> sum = fast_two_sum(e * kLn2Hi, f);
   // log(1 + f) = f - h + s (h + R), R = z (2/3 + 2/5 z + …), s = f / (2 + f).
-  return sum.hi + (sum.lo - (h - (s * (h + z * poly(kLogC, z)) + (e * kLn2Lo + ulo / u))));
+  return sum.hi + (sum.lo - (h - (s * (h + z * poly(kLogC, z)) + (e * kLn2Lo + c))));
 }
 template <Real S>
 LOXO_INLINE S log_ends(const S& y, const S& x) {
@@ -351,7 +351,7 @@ LOXO_INLINE S log(const S& x) {
 template <Real S>
 LOXO_INLINE S log1p_of(const Two<S>& a) {
   const Two<S> u = two_sum(S(1.0), a.hi);
-  return log_of<S>(u.hi, u.lo + a.lo, S(0.0));
+  return log_of<S>(u.hi, (u.lo + a.lo) / u.hi, S(0.0));
 }
 template <Real S>
 LOXO_INLINE S log1p(const S& x) {
@@ -367,7 +367,7 @@ LOXO_INLINE S asinh(const S& x) {
   const Two<S> r = root(Two<S>{t1.hi, t1.lo + t.lo}), d = two_sum(S(1.0), r.hi);
   const Two<S> q = divide(t, Two<S>{d.hi, d.lo + r.lo});
   const Two<S> w = two_sum(a, q.hi), u = two_sum(S(1.0), w.hi);
-  const S y = log_of<S>(select(big, ax, u.hi), select(big, S(0.0), u.lo + (w.lo + q.lo)),
+  const S y = log_of<S>(select(big, ax, u.hi), select(big, S(0.0), (u.lo + (w.lo + q.lo)) / u.hi),
                         select(big, S(1.0), S(0.0)));
   const S whole = select(ax < 0x1p-28, ax, y);
   return copysign(select(ax < kInf, whole, ax), x);

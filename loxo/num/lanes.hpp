@@ -44,6 +44,10 @@ LOXO_INLINE M both(M a, M b) { return a && b; }
 LOXO_INLINE M either(M a, M b) { return a || b; }
 LOXO_INLINE M odd(U a) { return (a & 1) != 0; }
 LOXO_INLINE bool some(M a) { return a; }
+template <int N>
+LOXO_INLINE U turn(U a) {
+  return std::rotl(a, N);
+}
 LOXO_INLINE D load(const double* p) { return *p; }
 LOXO_INLINE U load(const std::uint64_t* p) { return *p; }
 LOXO_INLINE void store(double* p, D a) { *p = a; }
@@ -64,6 +68,14 @@ LOXO_INLINE M either(const M& a, const M& b) { return a | b; }
 // The lowest bit, moved into the sign of +-1.
 LOXO_INLINE M odd(const U& a) { return value((a << 63) | bits(D(1.0))) < D(0.0); }
 LOXO_INLINE bool some(const M& a) { return xsimd::any(a); }
+template <int N>
+LOXO_INLINE U turn(const U& a) {
+#ifdef __AVX512F__
+  return _mm512_rol_epi64(a.data, N);  // xsimd 8.1 has no rotation
+#else
+  return (a << N) | (a >> (64 - N));
+#endif
+}
 LOXO_INLINE D load(const double* p) { return D::load_unaligned(p); }
 LOXO_INLINE U load(const std::uint64_t* p) { return U::load_unaligned(p); }
 LOXO_INLINE void store(double* p, const D& a) { a.store_unaligned(p); }
@@ -224,6 +236,10 @@ LOXO_INLINE LaneBits operator<<(const LaneBits& x, int n) {
 }
 LOXO_INLINE LaneBits operator>>(const LaneBits& x, int n) {
   return LOXO_EACH(LaneBits, x.b[I] >> n);
+}
+template <int N>
+LOXO_INLINE LaneBits rotate_left(const LaneBits& x) {
+  return LOXO_EACH(LaneBits, batches::turn<N>(x.b[I]));
 }
 
 // The operations of libm that are exact or correctly rounded everywhere.

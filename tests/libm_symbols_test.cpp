@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rooms whose code runs in lanes call nothing of libm but sqrt, fabs, floor, copysign (all of them
+// compiled to instructions): glibc chooses its sin by processor at run time, and the bits of a
+// trial with it.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+const std::set<std::string> kLibm = {
+    "sin",       "cos",     "tan",   "sincos", "asin",   "acos",   "atan",  "atan2", "exp",
+    "exp2",      "exp10",   "expm1", "log",    "log2",   "log10",  "log1p", "pow",   "cbrt",
+    "sinh",      "cosh",    "tanh",  "asinh",  "acosh",  "atanh",  "hypot", "fmod",  "fma",
+    "remainder", "remquo",  "erf",   "erfc",   "tgamma", "lgamma", "round", "rint",  "nearbyint",
+    "lround",    "llround", "ldexp", "frexp",  "modf"};
+
+// Where a room's door or closed form may leave the rule, and why.
+struct Exception {
+  const char* object;
+  const char* symbol;
+};
+const std::vector<Exception> kExceptions = {
+    // {"gravity.cpp.o", "pow"},  // an example of the form
+};
+
+struct Use {
+  std::string object, symbol;
+};
+// The undefined symbols of an archive, as `nm` lists them.
+std::vector<Use> undefined_symbols(const std::string& archive) {
+  std::vector<Use> uses;
+  std::FILE* pipe = popen(("nm -u -A '" + archive + "' 2>/dev/null").c_str(), "r");
+  if (pipe == nullptr) return uses;
+  char line[4096];
+  while (std::fgets(line, sizeof line, pipe) != nullptr) {
+    const std::string s(line);
+    const auto u = s.rfind(" U ");
+    if (u == std::string::npos) continue;
+    // "libloxo_num.a:functions.cpp.o:                 U name"
+    const auto last = s.rfind(':', u), first = s.rfind(':', last - 1);
+    std::string symbol = s.substr(u + 3);
+    while (!symbol.empty() && (symbol.back() == '\n' || symbol.back() == ' ')) symbol.pop_back();
+    uses.push_back({s.substr(first + 1, last - first - 1), symbol.substr(0, symbol.find('@'))});
+  }
+  pclose(pipe);
+  return uses;
+}
+
+TEST(Symbols, KernelRoomsCallNothingOfLibm) {
+  const auto build = std::filesystem::path(LOXO_PROGRAM).parent_path();
+  std::size_t seen = 0;
+  for (const char* room : {"num", "earth", "ins", "errors", "sim"}) {
+    const auto archive = build / (std::string("libloxo_") + room + ".a");
+    if (!std::filesystem::exists(archive)) continue;  // a room of headers only
+    for (const Use& use : undefined_symbols(archive.string())) {
+      ++seen;
+      bool allowed = kLibm.count(use.symbol) == 0;
+      for (const auto& e : kExceptions)
+        allowed = allowed || (use.object == e.object && use.symbol == e.symbol);
+      EXPECT_TRUE(allowed) << room << "/" << use.object << " calls libm's " << use.symbol
+                           << ": use num/functions.hpp, or add an exception with its reason";
+    }
+  }
+  if (seen == 0) GTEST_SKIP() << "no nm, or nothing to read";
+}
+
+}  // namespace
