@@ -188,7 +188,7 @@ TableJob transverse_job(const TableHeader& header, double lon0, bool forward) {
 // Where the next term of the Krueger series would be 1e-6 m, the answer is no longer exact to speak
 // of.
 bool too_far(const Ellipsoid& ell, double eta) {
-  return std::fabs(ell.mu_of_chi[8]) * ell.n * std::exp(18.0 * std::fabs(eta)) * ell.a > 1e-6;
+  return std::fabs(ell.mu_of_chi.c[8]) * ell.n * std::exp(18.0 * std::fabs(eta)) * ell.a > 1e-6;
 }
 const char* const kTooFar = "too far from the central meridian for the projection";
 

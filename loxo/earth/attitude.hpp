@@ -6,8 +6,8 @@
 
 namespace loxo {
 
-// heading [rad] clockwise from the frame's north in [0, 2 pi) on output, pitch bow up + [-pi/2, pi/2],
-// roll starboard down + (-pi, pi].
+// heading [rad] clockwise from the frame's north in [0, 2 pi) on output, pitch bow up + [-pi/2,
+// pi/2], roll starboard down + (-pi, pi].
 template <Real S = double>
 struct Euler {
   S heading{}, pitch{}, roll{};

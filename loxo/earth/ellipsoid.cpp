@@ -13,14 +13,25 @@ namespace {
 
 #include "loxo/earth/latitude_series.inc"
 
-// out[j] = n^j (t[j-1][0] + n (t[j-1][1] + ...)), order 8 in all.
-void sum_series(const double (&table)[8][8], double n, double (&out)[9]) {
+// c[j] = n^j (t[j-1][0] + n (t[j-1][1] + ...)), order 8 in all; sin(2jx)/sin(2x) is the Chebyshev
+// polynomial U_(j-1) of cos(2x): U_j = 2 u U_(j-1) - U_(j-2).
+void sum_series(const double (&table)[8][8], double n, SineSeries& out) {
   double power = 1.0;
   for (int j = 1; j <= 8; ++j) {
     power *= n;
     double sum = 0.0;
     for (int k = 8 - j; k >= 0; --k) sum = sum * n + table[j - 1][k];
-    out[j] = power * sum;
+    out.c[j] = power * sum;
+  }
+  double last[8]{}, before[8]{};
+  last[0] = 1.0;
+  for (int j = 1; j <= 8; ++j) {
+    for (int k = 0; k < 8; ++k) out.p[k] += out.c[j] * last[k];
+    for (int k = 7; k >= 0; --k) {
+      const double next = (k > 0 ? 2.0 * last[k - 1] : 0.0) - before[k];
+      before[k] = last[k];
+      last[k] = next;
+    }
   }
 }
 

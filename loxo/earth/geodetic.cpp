@@ -2,7 +2,7 @@
 #include "loxo/earth/geodetic.hpp"
 
 #include "loxo/earth/angle.hpp"
-#include "loxo/num/lanes.hpp"
+#include "loxo/earth/inner.hpp"
 
 namespace loxo {
 
@@ -43,7 +43,8 @@ template <Real S>
 Geodetic<S> to_geodetic(const Ellipsoid& ell, const Point<Ecef, S>& r) {
   S s, c, h;
   meridian_plane(ell, sqrt(r.x * r.x + r.y * r.y), r.z, s, c, h);
-  return {atan2(s, c), longitude_of(r.y, r.x), h};
+  const S lon = quick_atan2(r.y, r.x);
+  return {quick_atan2(s, c), select(lon <= S(-kPiDouble), S(kPiDouble), lon), h};
 }
 
 template <Real S>

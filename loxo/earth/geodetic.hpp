@@ -16,7 +16,8 @@ struct Geodetic {
 // Exact, any latitude. polar.md 1.3.
 template <Real S>
 Point<Ecef, S> to_ecef(const Ellipsoid& ell, const Geodetic<S>& p);
-// Error below 1e-15 rad and 4e-9 m (four units in the last place of r) for |h| < 100 km, at the pole too; there lon = 0 (atan2(0, 0)).
+// Error below 1e-15 rad and 4e-9 m (four units in the last place of r) for |h| < 100 km, at the
+// pole too; there lon = 0 (atan2(0, 0)).
 template <Real S>
 Geodetic<S> to_geodetic(const Ellipsoid& ell, const Point<Ecef, S>& r);
 
@@ -33,8 +34,8 @@ Point<Ecef, S> from_normal(const Ellipsoid& ell, const NormalHeight<S>& p);
 template <Real S>
 Vec<Ecef, S> normal_of(S lat, S lon);
 
-// C_en's transpose: rows east, north, up in ECEF components, at latitude and longitude (defined at the pole
-// by that longitude).
+// C_en's transpose: rows east, north, up in ECEF components, at latitude and longitude (defined at
+// the pole by that longitude).
 template <Real S>
 Rot<Geographic, Ecef, S> geographic_axes(S lat, S lon);
 

@@ -3,48 +3,24 @@
 
 #include "loxo/earth/angle.hpp"
 #include "loxo/earth/geodetic.hpp"
-#include "loxo/earth/latitude_sums.hpp"
-#include "loxo/num/lanes.hpp"
+#include "loxo/earth/inner.hpp"
 
 namespace loxo {
 namespace {
 
-// sum_j c[j] sin(2 j (u + i v)) = re + i im by complex Clenshaw, from sin 2u, cos 2u, sinh 2v, cosh
-// 2v.
-template <Real S>
-void complex_sine_sum(const double (&k)[9], S s, S c, S sh, S ch, S& re, S& im) {
-  // 2 cos(2w) = 2 (cos 2u cosh 2v - i sin 2u sinh 2v)
-  const S xr = S(2.0) * c * ch, xi = S(-2.0) * s * sh;
-  S br(k[8]), bi(0.0), pr(0.0), pi(0.0);
-  for (int j = 7; j >= 1; --j) {
-    const S nr = xr * br - xi * bi - pr + S(k[j]);
-    const S ni = xr * bi + xi * br - pi;
-    pr = br;
-    pi = bi;
-    br = nr;
-    bi = ni;
-  }
-  // sin(2w) = sin 2u cosh 2v + i cos 2u sinh 2v
-  const S sr = s * ch, si = c * sh;
-  re = sr * br - si * bi;
-  im = sr * bi + si * br;
-}
-
 // Conformal latitude's sine and cosine: the series turns the geodetic latitude by a small angle.
 template <Real S>
 void conformal(const Ellipsoid& ell, S lat, S& s, S& c) {
-  S s0, c0, sd, cd;
-  sincos_latitude(lat, s0, c0);
-  const S d = sine_sum(ell.chi_of_phi, s0, c0);
-  sincos(d, sd, cd);
-  s = s0 * cd + c0 * sd;
-  c = c0 * cd - s0 * sd;
+  S s0, c0;
+  kernels::sincos(lat, s0, c0);
+  c0 = select(fabs(lat) >= S(kHalfPi), S(0.0), c0);
+  turn_by_small(s0, c0, sine_sum(ell.chi_of_phi, s0, c0), s, c);
 }
 
 // Geodetic latitude from the sine and cosine of the conformal one.
 template <Real S>
 S geodetic_of_conformal(const Ellipsoid& ell, S s, S c) {
-  return atan2(s, c) + sine_sum(ell.phi_of_chi, s, c);
+  return quick_atan2(s, c) + sine_sum(ell.phi_of_chi, s, c);
 }
 
 }  // namespace
@@ -53,31 +29,34 @@ template <Real S>
 GaussXY<S> gauss_forward(const Ellipsoid& ell, S lat, S lon, double lon0, double false_easting) {
   S s, c, sl, cl;
   conformal(ell, lat, s, c);
-  sincos(wrap_pi(lon - S(lon0)), sl, cl);
-  // Conformal sphere: xi' = atan2(a, b), eta' = atanh(t).
+  kernels::sincos(lon - S(lon0), sl, cl);
+  // Conformal sphere: xi' = atan2(s, b), eta' = atanh(t).
   const S b = c * cl, t = c * sl;
   const S r2 = S(1.0) / (s * s + b * b);  // cosh^2 eta'
-  S re, im;
-  complex_sine_sum(ell.mu_of_chi, S(2.0) * s * b * r2, (b - s) * (b + s) * r2, S(2.0) * t * r2,
-                   (S(1.0) + t * t) * r2, re, im);
-  return {S(ell.rectifying_radius) * (atan2(s, b) + re),
-          S(ell.rectifying_radius) * (atanh(t) + im) + S(false_easting)};
+  const Complex<S> w = sine_sum(ell.mu_of_chi, S(2.0) * s * b * r2, (b - s) * (b + s) * r2,
+                                S(2.0) * t * r2, (S(1.0) + t * t) * r2);
+  return {S(ell.rectifying_radius) * (quick_atan2(s, b) + w.re),
+          S(ell.rectifying_radius) * (quick_atanh(t) + w.im) + S(false_easting)};
 }
 
 template <Real S>
 LatLon<S> gauss_inverse(const Ellipsoid& ell, S x, S y, double lon0, double false_easting) {
-  const S xi = x * S(1.0 / ell.rectifying_radius),
-          eta = (y - S(false_easting)) * S(1.0 / ell.rectifying_radius);
-  S s, c, re, im;
-  sincos(S(2.0) * xi, s, c);
-  complex_sine_sum(ell.chi_of_mu, s, c, sinh(S(2.0) * eta), cosh(S(2.0) * eta), re, im);
+  const S xi = x * S(1.0 / ell.rectifying_radius);
+  const S eta = (y - S(false_easting)) * S(1.0 / ell.rectifying_radius);
+  S s, c;
+  kernels::sincos(xi, s, c);
+  // Absolute rounding is enough for the hyperbolic functions: eta carries the rest.
+  const S up = kernels::exp(S(2.0) * eta), down = S(1.0) / up;
+  const Complex<S> w = sine_sum(ell.chi_of_mu, S(2.0) * s * c, (c - s) * (c + s),
+                                S(0.5) * (up - down), S(0.5) * (up + down));
   S sx, cx;
-  sincos(xi + re, sx, cx);
-  const S sh = sinh(eta + im);
+  turn_by_small(s, c, w.re, sx, cx);
+  const S grow = kernels::exp(eta + w.im);
+  const S sh = S(0.5) * (grow - S(1.0) / grow);
   // sin chi = sin xi' / cosh eta', tan lon = sinh eta' / cos xi'.
   const S k = S(1.0) / sqrt(S(1.0) + sh * sh);
   return {geodetic_of_conformal(ell, sx * k, sqrt(sh * sh + cx * cx) * k),
-          wrap_pi(S(lon0) + atan2(sh, cx))};
+          kernels::wrap_pi(S(lon0) + quick_atan2(sh, cx))};
 }
 
 namespace {

@@ -13,18 +13,24 @@ struct GaussXY {
 };
 // Exact: Krueger series of order 8, below 2e-8 m within 40 deg of the central meridian.
 template <Real S>
-GaussXY<S> gauss_forward(const Ellipsoid& ell, S lat, S lon, double lon0, double false_easting = 500000.0);
+GaussXY<S> gauss_forward(const Ellipsoid& ell, S lat, S lon, double lon0,
+                         double false_easting = 500000.0);
 template <Real S>
-LatLon<S> gauss_inverse(const Ellipsoid& ell, S x, S y, double lon0, double false_easting = 500000.0);
-// The papers' truncated series, corrected (V-22..24), for any ellipsoid. Truncation at 3 deg from the meridian, 40 N:
-// 0.0003 m in x, 0.0001 m in y (0.063 m and 0.040 m without the m^6 and m^5 terms, as printed).
+LatLon<S> gauss_inverse(const Ellipsoid& ell, S x, S y, double lon0,
+                        double false_easting = 500000.0);
+// The papers' truncated series, corrected (V-22..24), for any ellipsoid. Truncation at 3 deg from
+// the meridian, 40 N: 0.0003 m in x, 0.0001 m in y (0.063 m and 0.040 m without the m^6 and m^5
+// terms, as printed).
 template <Real S>
-GaussXY<S> gauss_forward_paper(const Ellipsoid& ell, S lat, S lon, double lon0, double false_easting = 500000.0);
+GaussXY<S> gauss_forward_paper(const Ellipsoid& ell, S lat, S lon, double lon0,
+                               double false_easting = 500000.0);
 // Its numerical inverse (Newton on the series), 1e-12 rad.
 template <Real S>
-LatLon<S> gauss_inverse_paper(const Ellipsoid& ell, S x, S y, double lon0, double false_easting = 500000.0);
+LatLon<S> gauss_inverse_paper(const Ellipsoid& ell, S x, S y, double lon0,
+                              double false_easting = 500000.0);
 
-// Polar stereographic, north (south: mirrored), unit scale at the pole: x along lon0 + 90 deg, y along lon0 + 180 deg [m].
+// Polar stereographic, north (south: mirrored), unit scale at the pole: x along lon0 + 90 deg, y
+// along lon0 + 180 deg [m].
 template <Real S = double>
 struct PlaneXY {
   S x{}, y{};

@@ -3,7 +3,7 @@
 
 #include "loxo/earth/angle.hpp"
 #include "loxo/earth/geodetic.hpp"
-#include "loxo/earth/latitude_sums.hpp"
+#include "loxo/earth/inner.hpp"
 #include "loxo/num/lanes.hpp"
 #include "loxo/num/units.hpp"
 
@@ -24,13 +24,13 @@ template <Real S>
 S asinh_ratio(S y) {
   const auto small = fabs(y) < S(1e-8);
   const S z = select(small, S(1.0), y);
-  return select(small, S(1.0), asinh(z) / z);
+  return select(small, S(1.0), quick_asinh(z) / z);
 }
 template <Real S>
 S atanh_ratio(S y) {
   const auto small = fabs(y) < S(1e-8);
   const S z = select(small, S(0.5), y);
-  return select(small, S(1.0), atanh(z) / z);
+  return select(small, S(1.0), quick_atanh(z) / z);
 }
 
 // A latitude with its sine and cosine, which may know more of it than its radians do.
@@ -42,7 +42,7 @@ template <Real S>
 Parallel<S> parallel(S lat) {
   Parallel<S> p;
   p.lat = lat;
-  sincos(lat, p.s, p.c);
+  kernels::sincos(lat, p.s, p.c);
   return p;
 }
 
@@ -54,7 +54,7 @@ struct Ratios {
 template <Real S>
 Ratios<S> divided(const Ellipsoid& ell, const Parallel<S>& p1, const Parallel<S>& p2, S delta) {
   S sh, ch;
-  sincos(S(0.5) * delta, sh, ch);
+  kernels::sincos(S(0.5) * delta, sh, ch);
   // The mean latitude; no cancellation: the nearer a point is to the pole, the smaller its cosine's
   // share.
   const S cm = p1.c * ch - p1.s * sh, sm = p1.s * ch + p1.c * sh;
@@ -91,7 +91,7 @@ RhumbInverse<S> inverse(const Ellipsoid& ell, const Parallel<S>& p1, const Paral
   r.north = select(inside, length * d.x, S(kNaN));  // (V-17)
   r.east = select(pole, S(0.0), dlon * (length / d.q));
   r.distance = sqrt(r.north * r.north + r.east * r.east);
-  r.azimuth = atan2(r.east, r.north);
+  r.azimuth = quick_atan2(r.east, r.north);
   return r;
 }
 
@@ -108,8 +108,8 @@ Step<S> direct(const Ellipsoid& ell, const Parallel<S>& p1, S north, S east) {
   const S step = north * S(1.0 / ell.rectifying_radius);  // mu2 - mu1
   const S mu1 = p1.lat + sine_sum(ell.mu_of_phi, p1.s, p1.c);
   S sh, ch, sm, cm;
-  sincos(S(0.5) * step, sh, ch);
-  sincos(mu1 + S(0.5) * step, sm, cm);
+  kernels::sincos(S(0.5) * step, sh, ch);
+  kernels::sincos(mu1 + S(0.5) * step, sm, cm);
   // phi2 - phi1 relative to its size, so that an east-west line keeps its D.
   S delta = step + S(4.0) * sh * ch *
                        mean_sum(ell.phi_of_mu, (cm - sm) * (cm + sm), (ch - sh) * (ch + sh));
@@ -136,7 +136,7 @@ Step<S> direct(const Ellipsoid& ell, const Parallel<S>& p1, S north, S east) {
 void sincos_degrees(double x, double& s, double& c) {
   const double quadrant = round(x / 90.0);
   double s0, c0;
-  sincos((x - 90.0 * quadrant) * deg, s0, c0);
+  kernels::sincos((x - 90.0 * quadrant) * deg, s0, c0);
   switch (static_cast<int>(quadrant) & 3) {
     case 0:
       s = s0;
@@ -178,7 +178,7 @@ double wrap_degrees(double x) {
 template <Real S>
 S isometric_latitude(const Ellipsoid& ell, S lat) {
   S s, c;
-  sincos(lat, s, c);
+  kernels::sincos(lat, s, c);
   const auto pole = fabs(lat) >= S(kHalfPi);
   const S q = asinh(s / select(pole, S(1.0), c)) - eccentric_part(ell, s);  // (V-3)
   return select(fabs(lat) > S(kHalfPi), S(kNaN),
@@ -190,14 +190,14 @@ S latitude_of_isometric(const Ellipsoid& ell, S q) {
   // Conformal latitude chi = gd(q) = 2 atan(tanh(q/2)), then its series.
   const S chi = S(2.0) * atan(tanh(S(0.5) * q));
   S s, c;
-  sincos(chi, s, c);
+  kernels::sincos(chi, s, c);
   return chi + sine_sum(ell.phi_of_chi, s, c);
 }
 
 template <Real S>
 S meridian_arc(const Ellipsoid& ell, S lat) {
   S s, c;
-  sincos(lat, s, c);
+  kernels::sincos(lat, s, c);
   return S(ell.rectifying_radius) * (lat + sine_sum(ell.mu_of_phi, s, c));  // (V-4)
 }
 
@@ -205,14 +205,14 @@ template <Real S>
 S latitude_of_arc(const Ellipsoid& ell, S m) {
   const S mu = m * S(1.0 / ell.rectifying_radius);
   S s, c;
-  sincos(mu, s, c);
+  kernels::sincos(mu, s, c);
   return mu + sine_sum(ell.phi_of_mu, s, c);
 }
 
 template <Real S>
 S isometric_rate(const Ellipsoid& ell, S lat) {
   S s, c;
-  sincos(lat, s, c);
+  kernels::sincos(lat, s, c);
   return S(1.0) / (prime_vertical_radius(ell, s) * c);
 }
 
@@ -226,17 +226,18 @@ S isometric_divided_difference(const Ellipsoid& ell, S lat1, S lat2) {
 template <Real S>
 RhumbInverse<S> rhumb_inverse(const Ellipsoid& ell, S lat1, S lon1, S lat2, S lon2) {
   RhumbInverse<S> r =
-      inverse(ell, parallel(lat1), parallel(lat2), lat2 - lat1, wrap_pi(lon2 - lon1));
-  r.azimuth = wrap_2pi(r.azimuth);
+      inverse(ell, parallel(lat1), parallel(lat2), lat2 - lat1, kernels::wrap_pi(lon2 - lon1));
+  const S turned = r.azimuth + S(kTwoPi);
+  r.azimuth = select(r.azimuth < S(0.0), select(turned < S(kTwoPi), turned, S(0.0)), r.azimuth);
   return r;
 }
 
 template <Real S>
 LatLon<S> rhumb_direct(const Ellipsoid& ell, S lat1, S lon1, S azimuth, S distance) {
   S sa, ca;
-  sincos(azimuth, sa, ca);
+  kernels::sincos(azimuth, sa, ca);
   const Step<S> d = direct(ell, parallel(lat1), distance * ca, distance * sa);
-  return {lat1 + d.delta, wrap_pi(lon1 + d.dlon)};
+  return {lat1 + d.delta, kernels::wrap_pi(lon1 + d.dlon)};
 }
 
 RhumbInverse<double> rhumb_inverse_degrees(const Ellipsoid& ell, double lat1, double lon1,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The transverse frame of polar.md section 1 for a reference meridian lon0 (rad), and the universal curvature
-// formula of section 2, valid at the poles.
+// The transverse frame of polar.md section 1 for a reference meridian lon0 (rad), and the universal
+// curvature formula of section 2, valid at the poles.
 #pragma once
 #include "loxo/earth/geodetic.hpp"
 
@@ -23,7 +23,8 @@ Vec<Ecef, S> normal_of_transverse(S tlat, S tlon, double lon0);
 // Rows E_t, N_t, U in ECEF components; singular only at the transverse poles.
 template <Real S>
 Rot<Transverse, Ecef, S> transverse_axes(S tlat, S tlon, double lon0);
-// sigma: azimuth of transverse north, clockwise from geographic north (1.2); heading = theading + sigma.
+// sigma: azimuth of transverse north, clockwise from geographic north (1.2); heading = theading +
+// sigma.
 template <Real S>
 S transverse_convergence(S lat, S lon, double lon0);
 // Rows of the grid frame in ECEF components: E = N_t, N = -E_t.
@@ -35,7 +36,8 @@ template <Real S = double>
 struct Curvature {
   S xx{}, xy{}, yy{};
 };
-// a1, a2: components of the polar axis z_e on the frame's two horizontal axes; s = sin(latitude); h [m].
+// a1, a2: components of the polar axis z_e on the frame's two horizontal axes; s = sin(latitude); h
+// [m].
 template <Real S>
 inline Curvature<S> curvature(const Ellipsoid& ell, S a1, S a2, S s, S h) {
   const S w2 = S(1.0) - S(ell.e2) * s * s;
