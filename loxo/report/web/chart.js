@@ -41,7 +41,7 @@ function build(fig, rows, options = {}) {
   const xAxis = fig.x || {}, yAxis = fig.y || {};
   const logX = xAxis.log && rows.some((r) => r.x.some((v) => v > 0));
   const logY = yAxis.log && rows.some((r) => r.y.some((v) => v > 0));
-  const clocked = isClock(xAxis);
+  const clocked = isClock(xAxis) && !logX;
   const positive = (a) => (logY ? a.map((v) => (v !== null && v !== undefined && v > 0 ? v : null)) : a);
 
   const tables = [], bands = [], series = [{}];
@@ -56,7 +56,7 @@ function build(fig, rows, options = {}) {
       label: r.name, scale: 'y', show: !r.hidden, stroke: () => r.colour(), width: points && r.style === 'points' ? 0 : (r.width ?? 1.75),
       dash: r.style === 'dashed' ? [7, 5] : undefined, fill: r.fill ? () => r.colour(r.fill) : undefined,
       paths: r.style === 'points' ? () => null : r.style === 'steps' ? uPlot.paths.stepped({ align: r.align ?? 1 }) : undefined,
-      points: { show: points || table[0].length < 2, size: r.style === 'points' ? 5 : 6, fill: () => r.colour(), stroke: () => r.colour() },
+      points: { show: points || table[0].length < 2, size: table[0].length > 500 ? 3 : r.style === 'points' ? 5 : 6, fill: () => r.colour(), stroke: () => r.colour() },
     });
     if (r.hi) {
       table.push(positive(pick(r.hi)), positive(pick(r.lo)));
@@ -67,6 +67,18 @@ function build(fig, rows, options = {}) {
     tables.push(table);
   }
   const data = tables.length ? uPlot.join(tables) : [[], []];
+  // Where curves have x of their own, the holes that joining makes beside a gap belong to the gap.
+  for (const column of data.slice(1)) {
+    let before;
+    for (let i = 0; i < column.length; i++) {
+      if (column[i] !== undefined) { before = column[i]; continue; }
+      let j = i;
+      while (j < column.length && column[j] === undefined) j++;
+      const gap = before === null || (j < column.length && column[j] === null && before !== undefined);
+      for (; i < j; i++) if (gap) column[i] = null;
+      i--;
+    }
+  }
   if (!tables.length) series.push({});
   for (const b of options.bands ?? []) bands.push(b);
 
@@ -92,7 +104,7 @@ function build(fig, rows, options = {}) {
   }
 
   const opts = {
-    width: 600, height, legend: { show: false }, padding: [10, 14, 0, 0],
+    width: 600, height, legend: { show: false }, padding: [10, clocked ? 30 : 18, 0, 0],
     cursor: {
       drag: { x: true, y: false, dist: 6 }, points: { size: 7, width: 1.5 }, focus: { prox: 24 },
       sync: sync ? { key: sync, setSeries: false, scales: ['x', null], filters: { pub: (type) => type === 'mousemove' || type === 'mouseleave' } } : undefined,
@@ -101,11 +113,12 @@ function build(fig, rows, options = {}) {
       x: { time: false, distr: logX ? 3 : 1, range: (s, lo, hi) => xRange(lo, hi) },
       y: { distr: logY ? 3 : 1, range: rangeOf({ ...yAxis, log: logY }) },
     },
-    axes: [axis(xAxis, logX, clocked), { ...axis(yAxis, logY, false), size: axisSize, ...(options.yValues ? { values: options.yValues } : {}) }],
+    axes: [{ ...axis(xAxis, logX, clocked), size: 28 }, { ...axis(yAxis, logY, false), size: axisSize, ...(options.yValues ? { values: options.yValues } : {}) }],
     series, bands,
     hooks: {
+      ready: [(c) => (full = [c.scales.x.min, c.scales.x.max])],
       drawClear: [(c) => drawSpans(c, fig.spans || [])],
-      draw: [(c) => drawMarks(c, fig.marks || [])],
+      draw: [(c) => { nameSpans(c, fig.spans || []); drawMarks(c, fig.marks || []); }],
       setCursor: [(c) => {
         const i = c.cursor.idx;
         for (const k of keys) k.show(c, i);
@@ -148,7 +161,7 @@ function build(fig, rows, options = {}) {
     bySource.get(k).push(r);
   }
   for (const [name, members] of bySource) {
-    const item = legendButton(name + (members[0].suffix || ''), members.slice(0, 4).map((r) => ({ colour: r.colour, style: r.style })), !members[0].hidden, (on) => {
+    const item = legendButton(name, members.slice(0, 4).map((r) => ({ colour: r.colour, style: r.style })), !members[0].hidden, (on) => {
       u.batch(() => {
         for (const r of members) {
           u.setSeries(r.at, { show: on });
@@ -163,6 +176,7 @@ function build(fig, rows, options = {}) {
         item.values.textContent = shown.some((v) => v !== null) ? shown.map((v) => value(v)).join('  ') : '';
       },
     });
+    if (members[0].suffix) item.values.before(el('span', { class: 'aside' }, members[0].suffix));
     legend.append(item.button);
   }
   const readX = el('span', { class: 'readout' });
@@ -171,7 +185,6 @@ function build(fig, rows, options = {}) {
 
   const start = () => {
     u = new uPlot({ ...opts, width: Math.max(200, plot.clientWidth) }, data, plot);
-    full = [u.scales.x.min, u.scales.x.max];
     if (sync) {
       if (!groups.has(sync)) groups.set(sync, new Set());
       groups.get(sync).add(self);
@@ -191,7 +204,7 @@ function build(fig, rows, options = {}) {
       else return;
       e.preventDefault();
     });
-    if (options.ready) options.ready(u);
+    if (!data.slice(1).some((c) => c.some((v) => v !== null && v !== undefined))) plot.append(el('p', { class: 'nothing' }, 'no data'));
   };
   return { root, start };
 }
@@ -214,14 +227,22 @@ function drawSpans(c, spans) {
     ctx.save();
     ctx.fillStyle = cssVar(n % 2 ? '--span2' : '--span');
     ctx.fillRect(a, top, b - a, height);
-    if (s.label && b - a > 20 * devicePixelRatio) {
-      ctx.beginPath();
-      ctx.rect(a, top, b - a, height);
-      ctx.clip();
-      label(ctx, s.label, a + 4 * devicePixelRatio, top + 4 * devicePixelRatio, 'left', 'top');
-    }
     ctx.restore();
   });
+}
+function nameSpans(c, spans) {
+  const { ctx } = c;
+  const { left, top, width, height } = c.bbox, d = devicePixelRatio;
+  for (const s of spans) {
+    const a = Math.max(left, c.valToPos(s.from, 'x', true)), b = Math.min(left + width, c.valToPos(s.to, 'x', true));
+    if (!s.label || !(b - a > 20 * d)) continue;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(a, top, b - a, height);
+    ctx.clip();
+    label(ctx, s.label, a + 4 * d, top + 4 * d, 'left', 'top');
+    ctx.restore();
+  }
 }
 function label(ctx, text, x, y, align, baseline) {
   ctx.font = `${11 * devicePixelRatio}px ui-sans-serif, system-ui, sans-serif`;

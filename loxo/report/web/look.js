@@ -62,6 +62,12 @@ const superscript = { '-': '⁻', 0: '⁰', 1: '¹', 2: '²', 3: '³', 4: '⁴',
 const raised = (n) => String(n).replace(/./g, (c) => superscript[c]);
 const minus = (s) => s.replace(/^-/, '−');
 
+// Decimals that write multiples of `step` (1, 2, 2.5 or 5 times a power of ten).
+function decimalsOf(step) {
+  const d = -Math.floor(Math.log10(step) + 1e-9), m = step * 10 ** d;
+  return Math.max(0, Math.min(15, Math.abs(m - Math.round(m)) > 1e-6 ? d + 1 : d));
+}
+
 // A number beside others of the same kind; `step` is what should be told apart.
 export function tick(v, step) {
   if (v === null || v === undefined) return '';
@@ -69,15 +75,14 @@ export function tick(v, step) {
   const size = Math.abs(v);
   if (size >= 1e6 || (size < 1e-3 && step < 1e-3)) {
     const exponent = Math.floor(Math.log10(size) + 1e-9);
-    const digits = Math.max(0, Math.min(12, exponent - Math.floor(Math.log10(step) + 1e-9)));
+    const digits = Math.max(0, Math.min(12, exponent + (step < 1 ? decimalsOf(step) : -Math.floor(Math.log10(step) + 1e-9))));
     if (digits <= 4) {
       const m = (v / 10 ** exponent).toFixed(digits).replace(/\.?0+$/, '');
       return `${m === '1' ? '' : m === '-1' ? '−' : minus(m) + '·'}10${raised(exponent)}`;
     }
     if (size >= 1e6) return minus(v.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))));
   }
-  const decimals = Math.max(0, Math.min(15, -Math.floor(Math.log10(step) + 1e-9)));
-  return minus(v.toFixed(decimals));
+  return minus(v.toFixed(decimalsOf(step)));
 }
 export function logTick(v) {
   if (v === null || v === undefined) return '';

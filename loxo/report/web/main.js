@@ -71,7 +71,7 @@ function build(page) {
   });
   if (page.provenance && page.provenance.length) {
     document.body.append(el('footer', {}, el('h2', {}, 'Where this page comes from'), el('dl', {}, page.provenance.flatMap(([k, v]) => [el('dt', {}, k), el('dd', {}, v)])),
-      el('p', { class: 'note' }, 'Drawn with uPlot, d3-geo and topojson-client; coastlines from Natural Earth. Their licences are in the source of this page.')));
+      el('p', { class: 'remark' }, 'Drawn with uPlot, d3-geo and topojson-client; coastlines from Natural Earth. Their licences are in the source of this page.')));
   }
   html.dataset.blocks = String(blocks);
   html.dataset.rendered = String(rendered);
@@ -88,4 +88,6 @@ try {
   failed(e && e.message);
   console.error(e);
 }
-if (/^#s\d+$/.test(location.hash)) document.querySelector(location.hash)?.scrollIntoView();
+// "#only=2": one section alone, for pictures of it.
+const only = /only=(\d+)/.exec(location.hash);
+if (only) for (const s of document.querySelectorAll('.part')) s.hidden = s.id !== `s${only[1]}`;

@@ -443,7 +443,7 @@ export function map(fig) {
   });
   cursors.addEventListener('at', (e) => { cursorAt = e.detail.x; draw(); });
 
-  const note = el('p', { class: 'note' });
+  const note = el('p', { class: 'remark' });
   root.append(note);
   const start = () => {
     onWidth(plot, (w) => {

@@ -104,6 +104,7 @@ export function roots(fig) {
   const d = drawing(fig, 'roots', { half: true, focus: false }, (w) => {
     const h = 340;
     const box = [...extent(all.map((r) => r.re).concat(0), 0.25), ...extent(all.map((r) => r.im).concat(0), 0.12)];
+    if (all.every((r) => r.re === 0)) box[0] = box[1] = 0;
     const least = (box[3] - box[2]) * 0.05;
     if (box[1] - box[0] < least) { const m = (box[0] + box[1]) / 2; box[0] = m - least; box[1] = m + least; }
     const f = frame(w, h, box, [], [], { label: 'real part', unit: '1/s' }, { label: 'imaginary part', unit: '1/s' });

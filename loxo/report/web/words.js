@@ -50,7 +50,7 @@ export function table(b) {
         return el(i === 0 ? 'th' : 'td', { scope: i === 0 ? 'row' : undefined, class: [isNumber[i] ? 'number' : '', cell.verdict || ''].join(' ').trim() || undefined },
           cell.verdict && isNumber[i] === false ? el('span', { class: `chip ${cell.verdict}` }, cell.text || '') : inline(cell.text || ''));
       })));
-      if (r.note) body.append(el('tr', { class: 'rownote' }, el('td', { colspan: columns.length }, inline(r.note))));
+      if (r.note) body.append(el('tr', { class: r.highlighted ? 'rownote chosen' : 'rownote' }, el('td', { colspan: columns.length }, inline(r.note))));
     }
   };
   fill(rows);
@@ -70,7 +70,7 @@ export function table(b) {
   });
   return { root: el('figure', { class: 'block table' }, b.title ? el('h3', {}, b.title) : null,
     el('div', { class: 'scroll', tabindex: '0', role: 'group', 'aria-label': b.title || b.caption || 'table' }, el('table', {}, el('thead', {}, el('tr', {}, heads)), body)),
-    b.left_out ? el('p', { class: 'note' }, `The first ${rows.length} of ${rows.length + b.left_out} rows.`) : null,
+    b.left_out ? el('p', { class: 'remark' }, `The first ${rows.length} of ${rows.length + b.left_out} rows.`) : null,
     b.caption ? el('figcaption', {}, inline(b.caption)) : null) };
 }
 
@@ -79,7 +79,7 @@ export function certificate(b) {
   const names = constants.map((c) => c.name);
   return { root: el('section', { class: `block certificate ${b.verdict || ''}`, 'aria-label': b.title || 'certificate' },
     el('header', {}, el('h3', {}, b.title || 'Certificate'), b.verdict_text ? el('span', { class: `chip ${b.verdict || 'note'}` }, b.verdict_text) : null),
-    el('div', { class: 'constants' }, constants.map((c) => el('div', {}, el('span', { class: 'name' }, c.name), el('span', { class: 'figure' }, c.text), el('span', { class: 'unit' }, c.unit || '')))),
+    el('div', { class: 'constants' }, constants.map((c) => el('div', {}, el('span', { class: 'name' }, c.name), el('span', { class: 'figure' }, c.text, c.unit ? el('small', {}, ' ' + c.unit) : null)))),
     correlation.length > 1 ? el('div', { class: 'scroll' }, el('table', { class: 'correlation' }, el('caption', {}, 'Correlation'),
       el('thead', {}, el('tr', {}, el('th'), names.map((n) => el('th', { scope: 'col' }, n)))),
       el('tbody', {}, correlation.map((row, i) => el('tr', {}, el('th', { scope: 'row' }, names[i] || ''), row.map((v) => el('td', { style: v === null ? undefined : `--strength:${Math.min(1, Math.abs(v))}`, class: v < 0 ? 'less' : 'more' }, v === null ? '–' : v.toFixed(3).replace('-', '−')))))))) : null,
