@@ -9,6 +9,7 @@
 #include <span>
 #include <string_view>
 
+#include "loxo/report/coast.hpp"
 #include "loxo/report/page_html.hpp"
 #include "loxo/report/thin.hpp"
 
@@ -384,6 +385,26 @@ struct BlockWriter {
       o.close('}');
     }
     o.close(']');
+    std::vector<double> lat, lon;
+    for (const auto& t : b.tracks) {
+      lat.insert(lat.end(), t.lat.begin(), t.lat.end());
+      lon.insert(lon.end(), t.lon.begin(), t.lon.end());
+    }
+    // A page that is short of room keeps the front end's coarse coast.
+    if (const auto land = points >= 400 ? coast_about(lat, lon) : Polygons{}; !land.empty()) {
+      o.key("land");
+      o.open('[');
+      for (const auto& polygon : land) {
+        o.open('[');
+        for (const auto& ring : polygon) {
+          o.open('[');
+          for (const int v : ring) o.value(static_cast<double>(v));
+          o.close(']');
+        }
+        o.close(']');
+      }
+      o.close(']');
+    }
     o.key("points");
     o.open('[');
     for (std::size_t i = 0; i < std::min(b.points.size(), points); ++i) {

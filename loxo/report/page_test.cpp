@@ -5,6 +5,7 @@
 #include <numbers>
 #include <regex>
 
+#include "loxo/report/coast.hpp"
 #include "loxo/report/page_html.hpp"
 #include "loxo/report/thin.hpp"
 
@@ -116,6 +117,40 @@ TEST(FormatNumber, TwoDigitsOfTheError) {
   EXPECT_EQ(format_number(0.1 + 0.2), "0.3");
   EXPECT_EQ(format_number(-0.0), "0");
   EXPECT_EQ(format_number(std::nan("")), "–");
+}
+
+// Svalbard from a track west of it: fine there, coarse elsewhere, and a ring goes back to where it
+// began.
+TEST(Coast, FineAboutTheTrackOnly) {
+  std::vector<double> lat, lon;
+  for (int i = 0; i < 100; ++i)
+    lat.push_back((77 + 0.03 * i) * kDegree), lon.push_back(8 * kDegree);
+  const auto land = coast_about(lat, lon);
+  ASSERT_FALSE(land.empty());
+  std::size_t near = 0, far = 0;
+  std::vector<std::vector<int>> rings;
+  for (const auto& polygon : land) rings.insert(rings.end(), polygon.begin(), polygon.end());
+  for (const auto& ring : rings) {
+    int x = 0, y = 0, first[2] = {0, 0};
+    for (std::size_t i = 0; i + 1 < ring.size(); i += 2) {
+      x += ring[i];
+      y += ring[i + 1];
+      if (i == 0) first[0] = x, first[1] = y;
+      ASSERT_LE(std::abs(x), 18000);
+      ASSERT_LE(std::abs(y), 9000);
+      (x > 1000 && x < 2000 && y > 7700 && y < 8000 ? near : far)++;
+    }
+    EXPECT_EQ(x, first[0]);
+    EXPECT_EQ(y, first[1]);
+  }
+  EXPECT_GT(near, 60u);
+  EXPECT_LT(far, 6000u);
+}
+
+TEST(Coast, NoneForAYardOrTheWholeEarth) {
+  EXPECT_TRUE(coast_about(std::vector<double>{0.8, 0.8001}, std::vector<double>{0.1, 0.1}).empty());
+  EXPECT_TRUE(coast_about(std::vector<double>{-1.2, 1.2, 0}, std::vector<double>{0, 1, 2}).empty());
+  EXPECT_TRUE(coast_about(std::vector<double>{}, std::vector<double>{}).empty());
 }
 
 Page small_page() {

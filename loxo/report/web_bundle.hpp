@@ -9,5 +9,7 @@ extern const char* const kWebStyle;
 extern const std::size_t kWebStyleSize;
 extern const char* const kWebScript;
 extern const std::size_t kWebScriptSize;
+extern const char* const kWebCoast;  // see coast.cpp
+extern const std::size_t kWebCoastSize;
 
 }  // namespace loxo::report

@@ -282,8 +282,9 @@ function drawMarks(c, marks) {
 }
 
 function curveRow(c) {
+  const band = c.hi && !c.style && !numbers(c.y).some((v) => v !== null);
   return {
-    name: c.name || '', key: c.source || undefined, colour: colourOf(c.name || '', c.colour), style: c.style, hidden: c.hidden,
+    name: c.name || '', key: c.source || undefined, colour: colourOf(c.name || '', c.colour), style: band ? 'band' : c.style, hidden: c.hidden,
     x: numbers(c.x), y: padded(numbers(c.y), numbers(c.x).length), lo: c.lo && numbers(c.lo), hi: c.hi && numbers(c.hi),
   };
 }

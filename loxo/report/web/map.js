@@ -216,7 +216,7 @@ export function map(fig) {
         ctx.lineWidth = 1.25;
         line([[p[0] - 5, p[1]], [p[0] + 5, p[1]]]);
         line([[p[0], p[1] - 5], [p[0], p[1] + 5]]);
-        text(pole > 0 ? 'North Pole' : 'South Pole', p[0] + 8, p[1] + 11, 'left');
+        text(pole > 0 ? 'North Pole' : 'South Pole', p[0] + 8, p[1] + (p[1] > height - 24 ? -11 : 11), 'left');
       }
     };
   }
@@ -458,23 +458,23 @@ export function map(fig) {
     });
     const parts = [`Projection: ${proj.name}.`];
     if (proj.local) parts.push(`Origin ${value(proj.lat0, 9)}°, ${value(proj.lon0, 9)}°; east to the right, north up.`);
-    if (spots.some((s) => s.std_e >= 0)) parts.push(`Ellipses: 95 %${ellipseScale > 1 ? `, drawn ${ellipseScale.toLocaleString('en')} times larger` : ''}.`);
+    if (spots.some((s) => s.std_e >= 0)) parts.push(`Ellipses: 95\u00a0%${ellipseScale > 1 ? `, drawn ${ellipseScale.toLocaleString('en')} times larger` : ''}.`);
     note.textContent = parts.join(' ');
     redraws.add(draw);
   };
   return { root, start };
 }
 
-// Rings of the page's own, finer coast: [[lon, lat, dlon, dlat, …], …] in hundredths of a degree.
+// Polygons of the page's own, finer coast: rings [lon, lat, dlon, dlat, …] in hundredths of a degree.
 let coastCache = null;
-function coast(rings) {
-  if (coastCache && coastCache.from === rings) return coastCache.geo;
-  const geo = { type: 'MultiPolygon', coordinates: rings.map((r) => {
+function coast(polygons) {
+  if (coastCache && coastCache.from === polygons) return coastCache.geo;
+  const geo = { type: 'MultiPolygon', coordinates: polygons.map((rings) => rings.map((r) => {
     const ring = [];
     let x = 0, y = 0;
     for (let i = 0; i + 1 < r.length; i += 2) { x += r[i]; y += r[i + 1]; ring.push([x / 100, y / 100]); }
-    return [ring];
-  }) };
-  coastCache = { from: rings, geo };
+    return ring;
+  })) };
+  coastCache = { from: polygons, geo };
   return geo;
 }
