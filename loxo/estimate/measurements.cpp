@@ -130,6 +130,7 @@ ScalarMeasurement velocity_along(const MeasurementPoint& p, const Vec<Body>& l,
   o.h = dot(along, p.v + arm);
   o.row.add3(kPsi, -cross(along, arm));
   o.row.add3(kDv, -along);
+  o.row.add3(kBg, cross(transpose(p.C) * along, l));
   return o;
 }
 ScalarMeasurement body_velocity(const MeasurementPoint& p, const Vec<Body>& l, int axis) {

@@ -46,7 +46,9 @@ StandstillVerdict StandstillDetector::judge(double now, double filter_speed, dou
   v.wheel_quiet = v.wheel_known && wheel_moved_t_ < now - v.length;
   v.filter_agrees = filter_speed < filter_limit;
   const bool others = v.imu_quiet && v.filter_agrees;
-  if (v.wheel_known && v.wheel_quiet && !others) {
+  // A parked car that somebody enters is not quiet either: a dead encoder needs a filter that
+  // moves.
+  if (v.wheel_known && v.wheel_quiet && !v.filter_agrees) {
     dead_since_ = min(dead_since_, now - v.length);
   } else {
     dead_since_ = 1e300;

@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loxo/estimate/segmented.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <complex>
+#include <vector>
+
+#include "loxo/earth/attitude.hpp"
+#include "loxo/earth/gravity.hpp"
+#include "loxo/errors/level_errors.hpp"
+
+namespace loxo {
+namespace {
+
+using M2 = Eigen::Matrix2d;
+using M4 = Eigen::Matrix4d;
+using V2 = Eigen::Vector2d;
+using V4 = Eigen::Vector4d;
+using M16 = Eigen::Matrix<double, 16, 16>;
+using V16 = Eigen::Matrix<double, 16, 1>;
+
+M2 two(const double* p) {
+  M2 m;
+  m << p[0], p[1], p[2], p[3];
+  return m;
+}
+void store(const M2& m, double* p) {
+  p[0] = m(0, 0), p[1] = m(0, 1), p[2] = m(1, 0), p[3] = m(1, 1);
+}
+M2 pseudo_inverse(const M2& a) {
+  Eigen::SelfAdjointEigenSolver<M2> e(0.5 * (a + a.transpose()));
+  M2 out = M2::Zero();
+  const double top = e.eigenvalues().cwiseAbs().maxCoeff();
+  for (int i = 0; i < 2; ++i)
+    if (e.eigenvalues()[i] > 1e-9 * top)
+      out += e.eigenvectors().col(i) * e.eigenvectors().col(i).transpose() / e.eigenvalues()[i];
+  return out;
+}
+// (V-60)
+M2 fused(const M2& Pa, const M2& Pb, const M2& X, const M2& W) {
+  const M2 V = M2::Identity() - W;
+  return V * Pa * V.transpose() + W * Pb * W.transpose() + V * X * W.transpose() +
+         W * X.transpose() * V.transpose();
+}
+
+}  // namespace
+
+void weight_minimum_variance(const double Pa[4], const double Pb[4], const double X[4], double W[4],
+                             double P[4]) {
+  const M2 A = two(Pa), B = two(Pb), C = two(X);
+  const M2 w = (A - C) * pseudo_inverse(A + B - C - C.transpose());  // (V-57)
+  store(w, W);
+  store(fused(A, B, C, w), P);
+}
+void weight_naive(const double Pa[4], const double Pb[4], const double X[4], double W[4],
+                  double P[4]) {
+  const M2 A = two(Pa), B = two(Pb);
+  const M2 w = A * pseudo_inverse(A + B);  // (V-58)
+  store(w, W);
+  store(fused(A, B, two(X), w), P);
+}
+void weight_intersection(const double Pa[4], const double Pb[4], double W[4], double P[4]) {
+  const M2 Ai = two(Pa).inverse(), Bi = two(Pb).inverse();
+  auto at = [&](double om) { return M2((om * Ai + (1 - om) * Bi).inverse()); };
+  double lo = 0, hi = 1;  // golden section: the trace is convex in om
+  const double g = 0.6180339887498949;
+  double a = hi - g * (hi - lo), b = lo + g * (hi - lo), fa = at(a).trace(), fb = at(b).trace();
+  for (int i = 0; i < 30; ++i) {
+    if (fa < fb) {
+      hi = b, b = a, fb = fa;
+      a = hi - g * (hi - lo);
+      fa = at(a).trace();
+    } else {
+      lo = a, a = b, fa = fb;
+      b = lo + g * (hi - lo);
+      fb = at(b).trace();
+    }
+  }
+  const double om = 0.5 * (lo + hi);
+  const M2 p = at(om);
+  store(p * ((1 - om) * Bi), W);  // (V-59)
+  store(p, P);
+}
+
+struct SegmentedNavigator::Impl {
+  SegmentedConfig c;
+  SegmentedEpoch out;
+  // INS alone, ECEF; the vertical channel is the dead reckoning's (level terrain: zero).
+  double t = 0, t0 = 0, last_epoch = 0, last_tick = 0;
+  Quat<Ecef, Body> q;
+  Vec<Ecef> v;
+  Point<Ecef> r;
+  Rot<Geographic, Body> C_nb;
+  ImuIncrement<double> before;
+  // Means over the tick and over the epoch.
+  Vec<Geographic> forward;
+  double forward_time = 0;
+  Vec<Geographic> f_sum;
+  Rot<Geographic, Body> C_sum;
+  double sum_time = 0;
+  // Dead reckoning
+  double dr_lat = 0, dr_lon = 0, dr_h = 0, up_speed = 0;
+  double se = 0, sn = 0, length = 0, distance = 0;
+  std::vector<std::array<double, 2>> stored;  // one (SE, SN) a second of phase 1
+  double k = 1, mu = 0;
+  bool switched = false;
+  double total_e = 0, total_n = 0;
+  // Filters
+  V4 x4 = V4::Zero();
+  M4 P4 = M4::Zero();
+  M16 Pf = M16::Zero();  // what INS and DR truly know of each other under phase 1's gains
+  V16 xj = V16::Zero();
+  M16 Pj = M16::Zero();
+  double held_k = 1, held_mu = 0, change_since = 0;
+  double joint_k = 1, joint_mu = 0;
+
+  void start(const SegmentedStart& s) {
+    t = t0 = last_epoch = last_tick = s.t;
+    const Rot<Geographic, Ecef> C = geographic_axes(s.place.lat, s.place.lon);
+    C_nb = s.C_nb;
+    q = to_quaternion(transpose(C) * s.C_nb);
+    v = transpose(C) * Vec<Geographic>{s.ve, s.vn, 0};
+    r = to_ecef(c.ellipsoid, s.place);
+    dr_lat = s.place.lat, dr_lon = s.place.lon, dr_h = s.place.h;
+    stored.reserve(static_cast<std::size_t>(c.latest) + 10);
+    // P0 from its causes, correlated (6.1): phiN0 = aE/g, phiE0 = -aN/g, phiU0 = (-gE + wU
+    // phiN0)/wN.
+    double sl, cl;
+    sincos(s.place.lat, sl, cl);
+    const double g = normal_gravity(c.ellipsoid, sl, s.place.h), wn = c.ellipsoid.w_ie * cl,
+                 wu = c.ellipsoid.w_ie * sl;
+    Eigen::Matrix<double, 12, 5> A =
+        Eigen::Matrix<double, 12, 5>::Zero();  // from (gx, gy, gz, ax, ay)
+    for (int j = 0; j < 2; ++j) {
+      A(0, 3 + j) = -C_nb.m[1][j] / g;
+      A(1, 3 + j) = C_nb.m[0][j] / g;
+    }
+    if (c.static_heading)
+      for (int j = 0; j < 5; ++j) A(2, j) = j < 3 ? -C_nb.m[0][j] / wn : wu / wn * A(1, j);
+    for (int j = 0; j < 5; ++j) A(7 + j, j) = 1;
+    Eigen::Matrix<double, 5, 1> var;
+    var << c.gyro_bias * c.gyro_bias * Eigen::Vector3d::Ones(),
+        c.accel_bias * c.accel_bias * Eigen::Vector2d::Ones();
+    M16 P = M16::Zero();
+    P.topLeftCorner<12, 12>() = A * var.asDiagonal() * A.transpose();
+    P(0, 0) += c.level_std * c.level_std;
+    P(1, 1) += c.level_std * c.level_std;
+    P(2, 2) += c.heading_std * c.heading_std;
+    P(3, 3) = P(4, 4) = c.velocity_std * c.velocity_std;
+    // Both start at the same point: the position's error is common and cancels in every difference.
+    P(14, 14) = c.mounting_std * c.mounting_std;
+    P(15, 15) = c.scale_std * c.scale_std;
+    P(12, 12) = P(13, 13) = 1e-6;
+    Pf = Pj = P;
+    P4.diagonal() << 0.01, 0.01, P(14, 14), P(15, 15);
+  }
+
+  void imu(const ImuIncrement<double>& sample) {
+    const double dt = sample.t - t;
+    if (!(dt > 0)) return;
+    const bool same = before.dt > 0 && fabs(before.dt - sample.dt) < 0.01 * sample.dt;
+    const Vec<Body>& a = sample.dtheta;
+    const Vec<Body>& b = sample.dv;
+    Vec<Body> rho = a, dvs = b + 0.5 * cross(a, b) + (1.0 / 6.0) * cross(a, cross(a, b));
+    if (same) {
+      rho = rho + (1.0 / 12.0) * cross(before.dtheta, a);
+      dvs = dvs + (1.0 / 12.0) * (cross(before.dtheta, b) + cross(before.dv, a));
+    }
+    before = sample;
+    const Vec<Ecef> w_ie{0, 0, c.ellipsoid.w_ie};
+    const NormalHeight<double> place = to_normal(c.ellipsoid, r + v * (0.5 * dt));
+    const Vec<Ecef> g = place.n * (-normal_gravity(c.ellipsoid, place.n.z, place.h));
+    const Vec<Ecef> u = to_matrix(q) * dvs;
+    const Vec<Ecef> first = u - (0.5 * dt) * cross(w_ie, u);
+    Vec<Ecef> v1 = v + first + dt * (g - 2.0 * cross(w_ie, v));
+    v1 = v + first + dt * (g - cross(w_ie, v + v1));
+    q = normalized(exp_rotation<Ecef, Ecef>(w_ie * (-dt)) * q * exp_rotation<Body, Body>(rho));
+    r = r + 0.5 * dt * (v + v1);
+    v = v1;
+    t = sample.t;
+    // The vertical channel follows the dead reckoning.
+    const NormalHeight<double> n = to_normal(c.ellipsoid, r);
+    dr_h += up_speed * dt;
+    v = v + (up_speed - dot(v, n.n)) * n.n;
+    r = r + (dr_h - n.h) * n.n;
+    // Means for the dead reckoning and the filters' F.
+    const double hyp = hypot(n.n.x, n.n.y);
+    const Vec<Ecef> east{-n.n.y / hyp, n.n.x / hyp, 0.0};
+    const Vec<Ecef> north = cross(n.n, east);
+    Rot<Geographic, Ecef> C;
+    const Vec<Ecef>* rows[3] = {&east, &north, &n.n};
+    for (int i = 0; i < 3; ++i)
+      C.m[i][0] = rows[i]->x, C.m[i][1] = rows[i]->y, C.m[i][2] = rows[i]->z;
+    const Rot<Geographic, Body> now = C * to_matrix(q);
+    forward = forward + Vec<Geographic>{0.5 * (now.m[0][1] + C_nb.m[0][1]),
+                                        0.5 * (now.m[1][1] + C_nb.m[1][1]),
+                                        0.5 * (now.m[2][1] + C_nb.m[2][1])} *
+                            dt;
+    forward_time += dt;
+    C_nb = now;
+    f_sum = f_sum + now * b;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) C_sum.m[i][j] += now.m[i][j] * dt;
+    sum_time += dt;
+  }
+
+  // One increment of the track on the ellipsoid, at the latitude of its middle.
+  void advance(double de, double dn) {
+    const double s0 = std::sin(dr_lat),
+                 half = dr_lat + 0.5 * dn / (meridian_radius(c.ellipsoid, s0) + dr_h),
+                 s = std::sin(half);
+    dr_lat += dn / (meridian_radius(c.ellipsoid, s) + dr_h);
+    dr_lon += de / ((prime_vertical_radius(c.ellipsoid, s) + dr_h) * std::cos(half));
+  }
+
+  bool odometer(const OdometerTick& tick) {
+    const double interval = tick.t - last_tick;
+    if (!(interval > 0)) return false;
+    const double ds = tick.value;
+    if (forward_time > 0) {
+      const Vec<Geographic> dir = forward * (1.0 / forward_time);
+      const double e = ds * dir.x, n = ds * dir.y;  // as indicated
+      se += e, sn += n;
+      const std::complex<double> z = std::complex<double>(n, e) * std::polar(1.0, -mu) / k;
+      advance(z.imag(), z.real());
+      up_speed = ds * dir.z / k / interval;
+    }
+    length += fabs(ds);
+    distance += fabs(ds);
+    last_tick = tick.t;
+    forward = {};
+    forward_time = 0;
+    if (tick.t - last_epoch < 1.0 - 1e-6 || sum_time <= 0) return false;
+    epoch_end(tick.t);
+    return true;
+  }
+
+  void epoch_end(double now) {
+    const double T = now - last_epoch;
+    last_epoch = now;
+    const NormalHeight<double> place = to_normal(c.ellipsoid, r);
+    const Geodetic<double> ins = to_geodetic(c.ellipsoid, r);
+    const Rot<Geographic, Ecef> C_ge = geographic_axes(ins.lat, ins.lon);
+    const Vec<Geographic> vn = C_ge * v;
+    GeographicPoint p;
+    p.lat = ins.lat, p.h = ins.h, p.ve = vn.x, p.vn = vn.y;
+    p.f[0] = f_sum.x / sum_time, p.f[1] = f_sum.y / sum_time, p.f[2] = f_sum.z / sum_time;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) p.C_nb.m[i][j] = C_sum.m[i][j] / sum_time;
+    const Matrix12 F12 = geographic_error_matrix(c.ellipsoid, p);
+    Eigen::Matrix<double, 12, 12> F;
+    for (int i = 0; i < 12; ++i)
+      for (int j = 0; j < 12; ++j) F(i, j) = F12.m[i][j];
+    const Eigen::Matrix<double, 12, 12> FT = F * T;
+    // Increments of this epoch as the present calibration has them.
+    const std::complex<double> z = std::complex<double>(sn, se) * std::polar(1.0, -mu) / k;
+    const double e = z.imag(), n = z.real();
+    double phi_u[4];
+    const Matrix4 F4 = dead_reckoning_transition(c.ellipsoid, dr_lat, e, n, phi_u);
+    M16 A = M16::Identity();
+    A.topLeftCorner<12, 12>() += FT + 0.5 * FT * FT;
+    M4 D;
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) D(i, j) = F4.m[i][j];
+    A.bottomRightCorner<4, 4>() = D;
+    for (int i = 0; i < 2; ++i) A(12 + i, 2) = phi_u[i];
+    M16 Q = M16::Zero();
+    for (int i = 0; i < 3; ++i) Q(i, i) = c.gyro_noise * c.gyro_noise * T;
+    for (int i = 3; i < 5; ++i) Q(i, i) = c.accel_noise * c.accel_noise * T;
+    for (int i = 5; i < 7; ++i) Q(i, i) = c.accel_noise * c.accel_noise * T * T * T / 3;
+    // White scale and side slip of the increment, quantisation; walks of the constants.
+    const double s2 = e * e + n * n, along = c.scale_noise * c.scale_noise,
+                 across = c.slip_noise * c.slip_noise, q6 = c.quantisation * c.quantisation / 6;
+    M2 Qd;
+    Qd << along * e * e + across * n * n + q6, (along - across) * e * n, (along - across) * e * n,
+        along * n * n + across * e * e + q6;
+    Q.block<2, 2>(12, 12) = Qd;
+    const bool moves = s2 > 1e-4;
+    Q(14, 14) = moves ? c.mounting_walk * c.mounting_walk * T : 0.0;
+    Q(15, 15) = moves ? c.scale_walk * c.scale_walk * T : 0.0;
+    Pf = A * Pf * A.transpose() + Q;
+    Pj = A * Pj * A.transpose() + Q;
+    xj = A * xj;
+
+    // z = p_DR - p_INS in metres with the local scale.
+    const double ke = (prime_vertical_radius(c.ellipsoid, place.n.z) + ins.h) * std::cos(ins.lat),
+                 kn = meridian_radius(c.ellipsoid, place.n.z) + ins.h;
+    const V2 difference{wrap_pi(dr_lon - ins.lon) * ke, (dr_lat - ins.lat) * kn};
+    if (!switched) {
+      stored.push_back({se, sn});
+      M4 Q4 = M4::Zero();
+      const double qs = 1e-6 * s2 + q6;
+      Q4.diagonal() << qs, qs, 1e-12 * T, 1e-10 * T;
+      x4 = D * x4;
+      P4 = D * P4 * D.transpose() + Q4;
+      const double age = now - t0, drift = c.c_a * c.accel_bias * age * age / 2;
+      // R(t): the specification's, or what the INS knows of itself where that is more.
+      const double r = std::max(c.r0 * c.r0 + drift * drift, 0.0);
+      const M2 R = r * M2::Identity();
+      const Eigen::Matrix<double, 4, 2> K =
+          P4.leftCols<2>() * (P4.topLeftCorner<2, 2>() + R).inverse();
+      x4 += K * (difference - x4.head<2>());
+      M4 J = M4::Identity();
+      J.leftCols<2>() -= K;
+      P4 = J * P4 * J.transpose() + K * R * K.transpose();
+      // The same gains on the joint covariance: DR errors become (I - K H) d + K p_I.
+      M16 B = M16::Identity();
+      B.bottomRightCorner<4, 4>() = J;
+      B.block<4, 2>(12, 5) = K;
+      Pf = B * Pf * B.transpose();
+    }
+    // Joint filter: z = p_INS - p_DR = p_I - d + noise.
+    {
+      const V2 zj = -difference;
+      Eigen::Matrix<double, 2, 16> H = Eigen::Matrix<double, 2, 16>::Zero();
+      H(0, 5) = H(1, 6) = 1;
+      H(0, 12) = H(1, 13) = -1;
+      const M2 S = H * Pj * H.transpose() + 0.05 * 0.05 * M2::Identity();
+      const Eigen::Matrix<double, 16, 2> K = Pj * H.transpose() * S.inverse();
+      xj += K * (zj - H * xj);
+      const M16 J = M16::Identity() - K * H;
+      Pj = J * Pj * J.transpose() + 0.05 * 0.05 * K * K.transpose();
+      Pj = 0.5 * (Pj + Pj.transpose()).eval();
+    }
+
+    out = SegmentedEpoch{};
+    out.t = now;
+    out.distance = distance;
+    if (!switched) {
+      // (V-55): k and mu from the linear states.
+      const std::complex<double> zeta(1 - x4[3], -x4[2]);
+      const double kk = 1 / std::abs(zeta), mm = -std::arg(zeta);
+      out.k = kk, out.mu = mm;
+      out.mu_std = std::sqrt(Pf(14, 14));
+      out.k_std = std::sqrt(Pf(15, 15));
+      const double age = now - t0;
+      if (fabs(kk - held_k) > c.change_limit || fabs(mm - held_mu) > c.change_limit) {
+        held_k = kk, held_mu = mm;
+        change_since = now;
+      }
+      const bool met = age >= c.earliest && distance >= c.distance && out.k_std <= c.sd_limit &&
+                       out.mu_std <= c.sd_limit && now - change_since >= 20;
+      if (met || age >= c.latest) {
+        out.switched = true;
+        out.forced = !met;
+        calibrate(kk, mm);
+      }
+    } else {
+      out.k = k, out.mu = mu;
+      out.mu_std = std::sqrt(Pf(14, 14));
+      out.k_std = std::sqrt(Pf(15, 15));
+    }
+    out.phase = switched ? 2 : 1;
+    total_e += se, total_n += sn;
+    se = sn = 0;
+    length = 0;
+    f_sum = {};
+    C_sum = Rot<Geographic, Body>{};
+    sum_time = 0;
+    fill(ins, ke, kn);
+  }
+
+  // The switch: replay the stored increments with the final calibration, and what this does to the
+  // errors.
+  void calibrate(double kk, double mm) {
+    const double old_lat = dr_lat, old_lon = dr_lon;
+    const Geodetic<double> origin = start_place;
+    dr_lat = origin.lat, dr_lon = origin.lon;
+    k = kk, mu = mm;
+    double te = 0, tn = 0;
+    for (const auto& s : stored) {
+      const std::complex<double> z = std::complex<double>(s[1], s[0]) * std::polar(1.0, -mu) / k;
+      advance(z.imag(), z.real());
+      te += z.imag(), tn += z.real();
+    }
+    // Pf: the track is now the sum of its increments with what is left of (mu, K) and the INS's
+    // azimuth in it.
+    M16 B = M16::Identity();
+    B.row(12).setZero();
+    B.row(13).setZero();
+    B(12, 14) = tn, B(12, 2) = tn, B(12, 15) = te;
+    B(13, 14) = -te, B(13, 2) = -te, B(13, 15) = tn;
+    const double noise = (c.scale_noise * c.scale_noise + c.slip_noise * c.slip_noise) / 2;
+    double sum2 = 0;
+    for (const auto& s : stored) sum2 += s[0] * s[0] + s[1] * s[1];
+    Pf = B * Pf * B.transpose();
+    Pf(12, 12) += noise * sum2 + c.quantisation * c.quantisation / 6 + 1e-4;
+    Pf(13, 13) += noise * sum2 + c.quantisation * c.quantisation / 6 + 1e-4;
+    // Joint filter: the same shift of the nominal track; its residual (mu, K) becomes what it
+    // believes beyond (k, mu).
+    const double ke =
+        (prime_vertical_radius(c.ellipsoid, std::sin(dr_lat)) + dr_h) * std::cos(dr_lat);
+    const double kn = meridian_radius(c.ellipsoid, std::sin(dr_lat)) + dr_h;
+    xj[12] += wrap_pi(dr_lon - old_lon) * ke;
+    xj[13] += (dr_lat - old_lat) * kn;
+    const std::complex<double> zeta(1 - xj[15], -xj[14]);
+    const double jk = 1 / std::abs(zeta), jm = -std::arg(zeta);
+    // Residual zeta relative to the new nominal: e^{-i dm} / dk = 1 - K' - i M'.
+    const std::complex<double> rest = std::polar(k / jk, -(jm - mu));
+    xj[15] = 1 - rest.real();
+    xj[14] = -rest.imag();
+    switched = true;
+  }
+
+  void fill(const Geodetic<double>& ins, double ke, double kn) {
+    auto place = [&](Horizontal& h, double e, double n, const M2& P) {
+      h.lat = ins.lat + n / kn;
+      h.lon = wrap_pi(ins.lon + e / ke);
+      h.cov[0] = P(0, 0), h.cov[1] = 0.5 * (P(0, 1) + P(1, 0)), h.cov[2] = P(1, 1);
+    };
+    const V2 d{wrap_pi(dr_lon - ins.lon) * ke, (dr_lat - ins.lat) * kn};
+    const M2 Pi = Pf.block<2, 2>(5, 5), Pd = Pf.block<2, 2>(12, 12), X = Pf.block<2, 2>(5, 12);
+    place(out.ins, 0, 0, Pi);
+    // Before the switch the reckoned position is raw: its filter's correction is part of what phase
+    // 1 gives out.
+    V2 reckoned = d;
+    if (!switched) reckoned -= x4.head<2>();
+    place(out.reckoned, reckoned[0], reckoned[1], Pd);
+    double pa[4], pb[4], x[4], w[4], p[4];
+    store(Pi + 1e-6 * M2::Identity(), pa);
+    store(Pd + 1e-6 * M2::Identity(), pb);
+    store(X, x);
+    weight_minimum_variance(pa, pb, x, w, p);
+    out.ins_weight = 1 - 0.5 * (w[0] + w[3]);
+    V2 s = two(w) * reckoned;
+    place(out.weighted, s[0], s[1], two(p));
+    weight_naive(pa, pb, x, w, p);
+    s = two(w) * reckoned;
+    place(out.naive, s[0], s[1], two(p));
+    weight_intersection(pa, pb, w, p);
+    s = two(w) * reckoned;
+    place(out.intersection, s[0], s[1], two(p));
+    place(out.joint, -xj[5], -xj[6], Pj.block<2, 2>(5, 5));
+    const std::complex<double> zeta(1 - xj[15], -xj[14]);
+    out.joint_k = k / std::abs(zeta);
+    out.joint_mu = mu - std::arg(zeta);
+    out.joint_k_std = std::sqrt(Pj(15, 15));
+    out.joint_mu_std = std::sqrt(Pj(14, 14));
+  }
+
+  Geodetic<double> start_place;
+};
+
+SegmentedNavigator::SegmentedNavigator(const SegmentedConfig& config, const SegmentedStart& start)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->c = config;
+  impl_->start_place = start.place;
+  impl_->start(start);
+}
+SegmentedNavigator::~SegmentedNavigator() = default;
+void SegmentedNavigator::imu(const ImuIncrement<double>& sample) { impl_->imu(sample); }
+bool SegmentedNavigator::odometer(const OdometerTick& tick) { return impl_->odometer(tick); }
+const SegmentedEpoch& SegmentedNavigator::epoch() const { return impl_->out; }
+const Rot<Geographic, Body>& SegmentedNavigator::attitude() const { return impl_->C_nb; }
+double SegmentedNavigator::t() const { return impl_->t; }
+
+}  // namespace loxo

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loxo/estimate/smoother.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+namespace loxo {
+namespace {
+
+using Mat = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+// [EST-17] against the batch solution: the joint Gaussian of all epochs conditioned on all
+// measurements. Singular P (states that are off, accumulators just reset) included.
+TEST(Smoother, EqualsTheBatchSolution) {
+  const auto seed = std::random_device{}();
+  std::printf("seed %u\n", seed);
+  std::mt19937 rng(seed);
+  std::normal_distribution<double> g;
+  constexpr int n = kStates, epochs = 6;
+  std::vector<bool> moving(n, false);
+  for (int r : kMovingRows) moving[r] = true;
+
+  // Prior: some states are off (zero variance).
+  Mat L = Mat::Zero(n, n);
+  for (int i = 0; i < n; ++i)
+    if (i < 15 || (i >= 21 && i < 28))
+      for (int j = 0; j < n; ++j) L(i, j) = 0.5 * g(rng);
+  Mat P = L * L.transpose();
+  Vector m = Vector::Zero(n);
+
+  // Joint: block k of `mean`, `cov` is epoch k's state before any measurement.
+  Mat joint = Mat::Zero(n * epochs, n * epochs);
+  joint.topLeftCorner(n, n) = P;
+  struct Seen {
+    Vector h;
+    double z, r;
+  };
+  std::vector<Seen> seen;
+  SmootherTape tape;
+  auto write_epoch = [&](const Vector& mean, const Mat& cov) {
+    // The nominal carries the mean of dr and of the constants that feed_back adds; enough to
+    // compare.
+    NominalState s;
+    s.v = {-mean[3], -mean[4], -mean[5]};  // feed_back subtracts navigation errors
+    s.r = {-mean[6], -mean[7], -mean[8]};
+    s.bg = {mean[9], mean[10], mean[11]};
+    s.ba = {mean[12], mean[13], mean[14]};
+    s.scale = mean[kScale];
+    s.tau = mean[kTau];
+    Covariance<kStates> C;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) C.p[i][j] = 0.5 * (cov(i, j) + cov(j, i));
+    tape.epoch(s, C, 7u);
+  };
+  for (int k = 0; k < epochs; ++k) {
+    if (k > 0) {
+      TransitionProduct f;
+      Mat F = Mat::Identity(n, n), Q = Mat::Zero(n, n);
+      for (int r : kMovingRows)
+        for (int j = 0; j < n; ++j) f.f[r][j] = F(r, j) = (r == j) + 0.1 * g(rng);
+      if (k == 3)  // an accumulator's reset: singular
+        for (int j = 0; j < n; ++j) f.f[29][j] = F(29, j) = 0;
+      for (int i = 0; i < 9; ++i) Q(i, i) = 0.01;
+      f.identity = false;
+      tape.transition(f);
+      m = F * m;
+      P = F * P * F.transpose() + Q;
+      for (int a = 0; a < k; ++a) {
+        const Mat c = F * joint.block(n * (k - 1), n * a, n, n);
+        joint.block(n * k, n * a, n, n) = c;
+        joint.block(n * a, n * k, n, n) = c.transpose();
+      }
+      joint.block(n * k, n * k, n, n) =
+          F * joint.block(n * (k - 1), n * (k - 1), n, n) * F.transpose() + Q;
+    }
+    for (int u = 0; u < 3; ++u) {
+      SparseRow<double> h;
+      Vector H = Vector::Zero(n);
+      for (int i : {u, 6 + u, 12 + u, 21 + 2 * u, 28 + u}) {
+        const double v = g(rng);
+        h.add(i, v);
+        H[i] = v;
+      }
+      const double z = g(rng), r = 0.2, s = H.dot(P * H) + r, y = z - H.dot(m);
+      const Vector K = P * H / s;
+      double gain[n];
+      for (int i = 0; i < n; ++i) gain[i] = K[i];
+      tape.measurement(h, s, y, gain);
+      m += K * y;
+      const Mat J = Mat::Identity(n, n) - K * H.transpose();
+      P = J * P * J.transpose() + r * K * K.transpose();
+      Vector all = Vector::Zero(n * epochs);
+      all.segment(n * k, n) = H;
+      seen.push_back({all, z, r});
+    }
+    write_epoch(m, P);
+  }
+  Mat H(seen.size(), n * epochs);
+  Vector z(seen.size());
+  Mat R = Mat::Zero(seen.size(), seen.size());
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    H.row(i) = seen[i].h.transpose();
+    z[i] = seen[i].z;
+    R(i, i) = seen[i].r;
+  }
+  const Mat S = H * joint * H.transpose() + R;
+  const Mat G = joint * H.transpose() * S.inverse();
+  const Vector batch = G * z;
+  const Mat cov = joint - G * H * joint;
+
+  int k = epochs - 1;
+  tape.smooth([&](const NominalState& s, const Covariance<kStates>& C, std::uint32_t health) {
+    EXPECT_EQ(health, 7u);
+    const Vector b = batch.segment(n * k, n);
+    const double got[] = {-s.v.x, -s.v.y, -s.v.z, -s.r.x, -s.r.y, -s.r.z,
+                          s.bg.x, s.bg.y, s.bg.z, s.ba.x, s.ba.y, s.ba.z};
+    for (int i = 0; i < 12; ++i)
+      EXPECT_NEAR(got[i], b[3 + i], 1e-10) << "epoch " << k << " state " << 3 + i;
+    EXPECT_NEAR(s.scale, b[kScale], 1e-10);
+    EXPECT_NEAR(s.tau, b[kTau], 1e-10);
+    for (int i = 0; i < 9; ++i)
+      for (int j = 0; j < 9; ++j) EXPECT_NEAR(C.p[i][j], cov(n * k + i, n * k + j), 1e-10);
+    for (int i = 9; i < n; ++i) EXPECT_NEAR(C.p[i][i], cov(n * k + i, n * k + i), 1e-10) << i;
+    --k;
+  });
+  EXPECT_EQ(k, -1);
+}
+
+}  // namespace
+}  // namespace loxo
