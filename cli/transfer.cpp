@@ -1,13 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/command.hpp"
+// `loxo transfer`: a recorded drive moved to the pole with its own sensor errors.
+#include "cli/transfer.hpp"
+
+#include <memory>
+
 #include "loxo/num/error.hpp"
 
 namespace loxo::cli {
 
 void add_transfer(CLI::App& app, Globals& globals) {
-  add_command(app, globals, "transfer", "(not built yet)", "loxo transfer", [] () -> int {
-    throw Error(ErrorKind::kWork, "transfer is not built yet");
-  });
+  auto o = std::make_shared<TransferOptions>();
+  CLI::App* transfer = add_command(
+      app, globals, "transfer", "a recorded drive moved to the pole", "loxo transfer rates --help",
+      []() -> int { throw Error(ErrorKind::kUsage, "transfer needs an operation: rates"); });
+  CLI::App* rates = add_subcommand(
+      *transfer, globals, "rates", "the conversion of single states, and its error, on a CSV table",
+      "printf "
+      "'tlat_deg,tlon_deg,angle_deg,vte_mps,vtn_mps,theading_deg,pitch_deg,roll_deg,g_mps2,gm_"
+      "mps2\\n"
+      "0,59,59,5,0,90,0,0,9.795,9.832\\n' | loxo transfer rates --earth sphere",
+      [o, &globals] { return transfer_rates(globals, *o); });
+  rates->add_option("FILE", o->table, "CSV table; '-' or none: standard input");
+  rates->add_option("--earth", o->earth, "ellipsoid, or sphere (R 6371000 m)");
+  rates->add_option(
+      "--keep", o->keep,
+      "velocity (formula (3)), or path (needs the recorded force fx_mps2, fy_mps2, fz_mps2)");
+  rates->add_option("--ellipsoid", o->ellipsoid, "WGS84, GRS80, CGCS2000, Krassovsky, or a=…m,f=…");
 }
 
 }  // namespace loxo::cli
