@@ -58,7 +58,7 @@ Polygons coast_about(std::span<const double> lat, std::span<const double> lon) {
   for (const auto& p : track) reach = std::max(reach, chord(p, centre));
   constexpr double kEarth = 6371e3;
   if (reach * kEarth < 50e3 || reach * kEarth > 4000e3) return {};
-  const double fine = 2.0 * reach + 100e3 / kEarth;
+  const double fine = 3.0 * reach + 200e3 / kEarth;  // what a wide map shows of it
 
   constexpr double kHundredth = std::numbers::pi / 18000;
   constexpr std::size_t kCoarse = 16;

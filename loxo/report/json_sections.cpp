@@ -238,6 +238,68 @@ void add_pairs(KeyValues& out, const Json& object, const std::vector<std::string
   }
 }
 
+// Lists that are more than tables: characteristic roots, and contributions of sources over a common
+// time.
+bool add_drawing(Section& section, const Json& object, const std::string& key, const Json& list) {
+  const auto value_of = [](const Json& row, std::initializer_list<const char*> names) {
+    for (const char* n : names)
+      if (const double v = number(row, n); std::isfinite(v)) return v;
+    return kNoValue;
+  };
+  if (std::isfinite(value_of(list.front(), {"re", "real", "re_1_s", "re_rad_s"})) &&
+      std::isfinite(value_of(list.front(), {"im", "imag", "im_1_s", "im_rad_s"}))) {
+    Roots roots;
+    roots.title = with_spaces(key);
+    roots.caption =
+        "Characteristic roots in the complex plane; left of the vertical line an error dies out, "
+        "right of it it grows.";
+    for (const auto& r : list)
+      roots.roots.push_back({words(r, "name"), value_of(r, {"re", "real", "re_1_s", "re_rad_s"}),
+                             value_of(r, {"im", "imag", "im_1_s", "im_rad_s"})});
+    section.blocks.emplace_back(std::move(roots));
+    return false;  // the table follows it
+  }
+  const Json* t = part(object, "t_s");
+  if (!t || !is_list_of_numbers(*t)) return false;
+  const std::string name_key = list.front().contains("source") ? "source" : "name";
+  StackedArea stack;
+  stack.title = "Error budget";
+  stack.x = {"time", "s"};
+  stack.at = numbers(*t);
+  for (const auto& source : list)
+    for (const auto& [k, v] : source.items()) {
+      if (!is_list_of_numbers(v) || v.size() != t->size()) continue;
+      const bool variance = k.find("variance") != std::string::npos;
+      Layer layer{words(source, name_key), numbers(v)};
+      // Variances add; standard deviations are squared first.
+      if (!variance)
+        for (double& y : layer.y) y *= y;
+      const auto unit = column_of_key(k).unit;
+      stack.y = {"variance", variance || unit.empty() ? unit : "(" + unit + ")²"};
+      stack.layers.push_back(std::move(layer));
+      break;
+    }
+  if (stack.layers.empty()) return false;
+  stack.caption =
+      "Share of each source in the variance; names of the legend switch them on and off.";
+  Series series;
+  series.title = "Contribution of each source";
+  series.caption = "One standard deviation that each source alone would cause.";
+  series.x = stack.x;
+  series.y = {"1 σ",
+              stack.y.unit.starts_with("(") ? stack.y.unit.substr(1, stack.y.unit.size() - 4) : ""};
+  series.at = stack.at;
+  for (const auto& layer : stack.layers) {
+    Curve curve;
+    curve.name = layer.name;
+    for (const double v : layer.y) curve.y.push_back(std::sqrt(v));
+    series.curves.push_back(std::move(curve));
+  }
+  section.blocks.emplace_back(std::move(stack));
+  section.blocks.emplace_back(std::move(series));
+  return true;
+}
+
 // Lists of objects as tables, lists of numbers of equal length as curves.
 void add_lists(Section& section, const Json& object, const std::vector<std::string>& known) {
   std::string at;
@@ -245,6 +307,7 @@ void add_lists(Section& section, const Json& object, const std::vector<std::stri
   for (const auto& [key, value] : object.items()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     if (is_list_of(value, Json::value_t::object)) {
+      if (add_drawing(section, object, key, value)) continue;
       Table table;
       table.title = with_spaces(key);
       std::vector<std::string> keys;
@@ -293,13 +356,13 @@ void add_lists(Section& section, const Json& object, const std::vector<std::stri
 
 std::string method_title(const std::string& key) {
   static const std::array<std::pair<std::string_view, std::string_view>, 8> kNames{
-      {{"replay", "replay of the whole log"},
+      {{"replay", "replay"},
        {"start_latitude", "start latitude"},
        {"mean_latitude", "mean latitude"},
        {"rhumb", "exact rhumb"},
        {"geodesic", "geodesic"},
        {"gauss", "Gauss plane"},
-       {"least_squares", "least squares, all benchmarks"},
+       {"least_squares", "least squares"},
        {"online", "online filter"}}};
   for (const auto& [name, title] : kNames)
     if (name == key) return std::string(title);
@@ -335,7 +398,7 @@ Section calibration_section(const Json& json, const std::string& name) {
           "Recommended: **" + method_title(recommended) + "**. Scale k = " +
               format_number(number(*best, "k"), number(*best, "k_std")) + ", mounting angle = " +
               format_number(number(*best, "eps_deg"), number(*best, "eps_std_deg")) + " deg." +
-              (words(*best, "why").empty() ? "" : " " + words(*best, "why")),
+              (words(*best, "why").empty() ? "" : " Why: " + words(*best, "why") + "."),
           Verdict::kGood});
     else if (part(json, "recommended"))
       section.blocks.emplace_back(Text{"No method is valid on this drive.", Verdict::kBad});

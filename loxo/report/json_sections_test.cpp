@@ -49,7 +49,7 @@ TEST(CalibrationSection, RecommendedFirstWithErrorBars) {
   const auto& methods = *tables[0];
   ASSERT_EQ(methods.rows.size(), 3u);
   EXPECT_TRUE(methods.rows[0].highlighted);
-  EXPECT_EQ(methods.rows[0].cells[0].text, "replay of the whole log");
+  EXPECT_EQ(methods.rows[0].cells[0].text, "replay");
   EXPECT_EQ(methods.rows[0].cells[1].value, 1.2);
   EXPECT_EQ(methods.rows[0].cells[1].error, 1e-5);
   EXPECT_EQ(methods.rows[0].cells[2].error, 0.002);
@@ -107,6 +107,27 @@ TEST(AllanSection, CoefficientsAndCurves) {
   ASSERT_EQ(series[0]->curves.size(), 2u);
   EXPECT_TRUE(series[0]->x.log);
   EXPECT_EQ(series[0]->curves[0].hi.size(), 3u);
+}
+
+TEST(PlainSection, RootsAndBudgetsAreDrawn) {
+  const auto roots = plain_section(
+      parse_json(
+          R"({"command":"analyze roots","roots":[{"name":"Schuler","re":0,"im":1.24e-3},{"re":0,"im":-1.24e-3}]})",
+          ""),
+      "roots");
+  ASSERT_EQ(blocks_of<Roots>(roots).size(), 1u);
+  EXPECT_EQ(blocks_of<Roots>(roots)[0]->roots[1].im, -1.24e-3);
+  const auto budget = plain_section(
+      parse_json(
+          R"({"command":"analyze budget","t_s":[0,1,2],"sources":[{"source":"gyro bias","std_m":[0,1,2]},{"source":"scale","std_m":[0,3,4]}]})",
+          ""),
+      "b");
+  ASSERT_EQ(blocks_of<StackedArea>(budget).size(), 1u);
+  const auto& stack = *blocks_of<StackedArea>(budget)[0];
+  ASSERT_EQ(stack.layers.size(), 2u);
+  EXPECT_EQ(stack.layers[1].y[2], 16);  // 4 m squared: variances add
+  EXPECT_EQ(stack.y.unit, "(m)²");
+  EXPECT_EQ(blocks_of<Series>(budget)[0]->curves[1].y[2], 4);
 }
 
 TEST(ResultSections, SurviveWhatTheyDoNotKnow) {

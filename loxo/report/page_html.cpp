@@ -43,7 +43,7 @@ std::string to_html(const Page& page) {
   tail.append(kWebScript, kWebScriptSize);
   tail += "</script>\n</body>\n</html>\n";
   std::size_t size = 0;
-  for (const std::size_t points : {3000, 1500, 800, 400, 200, 100, 50, 24, 12}) {
+  for (const std::size_t points : {2000, 1400, 800, 400, 200, 100, 50, 24, 12}) {
     std::string json = to_json(page, points);
     size = head.size() + json.size() + tail.size();
     if (size < kMaxBytes) return head + json + tail;

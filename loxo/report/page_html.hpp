@@ -13,7 +13,7 @@ inline constexpr std::size_t kMaxBytes = 2'000'000;
 
 // The data of a page. `points`: at most about this many points are kept of a curve, track or cloud,
 // and of a table at most this many rows. Deterministic; safe inside a <script> element.
-std::string to_json(const Page& page, std::size_t points = 3000);
+std::string to_json(const Page& page, std::size_t points = 2000);
 // The whole file; fewer points are kept until it is below kMaxBytes. Throws Error(kWork) if even
 // that fails.
 std::string to_html(const Page& page);

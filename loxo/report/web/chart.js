@@ -35,6 +35,21 @@ function axisSize(u, values, index, cycle) {
   return Math.ceil(size + 4);
 }
 
+// A line that is broken at every null, also where the gap is narrower than a pixel (an angle that jumps by a turn);
+// holes made by joining (undefined) are passed over.
+function brokenLine(u, s, from, to) {
+  const x = u.data[0], y = u.data[s], stroke = new Path2D(), scale = u.series[s].scale;
+  let pen = false;
+  for (let i = from; i <= to; i++) {
+    if (y[i] === undefined) continue;
+    if (y[i] === null) { pen = false; continue; }
+    const px = u.valToPos(x[i], 'x', true), py = u.valToPos(y[i], scale, true);
+    if (pen) stroke.lineTo(px, py); else stroke.moveTo(px, py);
+    pen = true;
+  }
+  return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 1 };
+}
+
 // Rows: { name, colour, style, x, y, lo, hi, key, hidden, fill }; all x ascending.
 function build(fig, rows, options = {}) {
   const { root, plot, legend } = figure(fig, 'chart', { half: options.half ?? fig.half });
@@ -55,7 +70,7 @@ function build(fig, rows, options = {}) {
     series.push({
       label: r.name, scale: 'y', show: !r.hidden, stroke: () => r.colour(), width: points && r.style === 'points' ? 0 : (r.width ?? 1.75),
       dash: r.style === 'dashed' ? [7, 5] : undefined, fill: r.fill ? () => r.colour(r.fill) : undefined,
-      paths: r.style === 'points' ? () => null : r.style === 'steps' ? uPlot.paths.stepped({ align: r.align ?? 1 }) : undefined,
+      paths: r.style === 'points' ? () => null : r.style === 'steps' ? uPlot.paths.stepped({ align: r.align ?? 1 }) : r.fill || options.bands ? undefined : brokenLine,
       points: { show: points || table[0].length < 2, size: table[0].length > 500 ? 3 : r.style === 'points' ? 5 : 6, fill: () => r.colour(), stroke: () => r.colour() },
     });
     if (r.hi) {

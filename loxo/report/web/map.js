@@ -205,6 +205,8 @@ export function map(fig) {
     return () => {
       const taken = [];
       for (const [s, p] of labels) {
+        // Not under the scale bar, the buttons or the globe.
+        if ((p[0] < 210 && p[1] > height - 34) || (p[0] > width - 62 && p[1] < 124) || (width >= 520 && p[0] > width - 104 && p[1] > height - 104)) continue;
         if (taken.some((q) => Math.abs(q[0] - p[0]) < 44 && Math.abs(q[1] - p[1]) < 14)) continue;
         taken.push(p);
         text(s, Math.max(22, Math.min(width - 22, p[0])), p[1]);
