@@ -252,42 +252,96 @@ std::string output_of(const std::string& command) {
   return out;
 }
 
-TEST(ReportPage, EveryBlockIsDrawnByABrowser) {
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("loxo_page_" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  const auto file = folder / "page.html";
-  const Page page = gallery();
-  std::ofstream(file) << to_html(page);
-  if (const char* keep = std::getenv("LOXO_KEEP"))
-    std::filesystem::copy_file(file, keep, std::filesystem::copy_options::overwrite_existing);
-  std::string browser;
-  for (const char* name : {"chromium", "chromium-browser", "google-chrome"})
-    if (browser.empty() &&
-        std::system((std::string("command -v ") + name + " >/dev/null 2>&1").c_str()) == 0)
-      browser = name;
-  if (browser.empty()) {
-    std::filesystem::remove_all(folder);
-    GTEST_SKIP() << "no chromium on PATH: install it to have the page drawn by a browser";
+// The page with `script` at its end, in a browser: its <html> tag, and what the console said.
+class ReportPage : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* name : {"chromium", "chromium-browser", "google-chrome"})
+      if (browser_.empty() &&
+          std::system((std::string("command -v ") + name + " >/dev/null 2>&1").c_str()) == 0)
+        browser_ = name;
+    folder_ = std::filesystem::temp_directory_path() /
+              ("loxo_page_" + std::to_string(getpid()) +
+               testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
   }
-  const std::string dom =
-      output_of("timeout 100 " + browser +
-                " --headless --no-sandbox --disable-gpu --no-first-run "
-                "--disable-background-networking --user-data-dir=" +
-                (folder / "profile").string() + " --enable-logging=stderr --dump-dom file://" +
-                file.string() + " 2>" + (folder / "log").string());
-  std::stringstream log;
-  log << std::ifstream(folder / "log").rdbuf();
+  void TearDown() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  void draw(const Page& page, const std::string& script) {
+    const auto file = folder_ / "page.html";
+    std::string html = to_html(page);
+    if (const char* keep = std::getenv("LOXO_KEEP")) std::ofstream(keep) << html;
+    if (browser_.empty())
+      GTEST_SKIP() << "no chromium on PATH: install it to have the page drawn by a browser";
+    html.insert(html.rfind("</body>"), "<script>" + script + "</script>");
+    std::ofstream(file) << html;
+    const std::string dom =
+        output_of("timeout 100 " + browser_ +
+                  " --headless --no-sandbox --disable-gpu --no-first-run "
+                  "--disable-background-networking --user-data-dir=" +
+                  (folder_ / "profile").string() +
+                  " --enable-logging=stderr --virtual-time-budget=3000 --dump-dom file://" +
+                  file.string() + " 2>" + (folder_ / "log").string());
+    const auto at = dom.find("<html");
+    root_ = at == std::string::npos ? dom.substr(0, 400) : dom.substr(at, dom.find('>', at) - at);
+    std::stringstream log;
+    log << std::ifstream(folder_ / "log").rdbuf();
+    for (std::string line; std::getline(log, line);)
+      if (line.find(":CONSOLE") != std::string::npos) console_ += line + "\n";
+  }
+  std::string browser_, root_, console_;
+  std::filesystem::path folder_;
+};
+
+TEST_F(ReportPage, EveryBlockIsDrawnByABrowser) {
+  const Page page = gallery();
+  draw(page, "");
+  if (IsSkipped()) return;
   std::size_t blocks = 0;
   for (const auto& s : page.sections) blocks += s.blocks.size();
-  const std::string root = dom.substr(dom.find("<html"), 400);
-  EXPECT_NE(root.find("data-blocks=\"" + std::to_string(blocks) + "\""), std::string::npos) << root;
-  EXPECT_NE(root.find("data-rendered=\"" + std::to_string(blocks) + "\""), std::string::npos)
-      << root;
-  EXPECT_NE(root.find("data-errors=\"0\""), std::string::npos) << root;
-  EXPECT_EQ(log.str().find(":CONSOLE"), std::string::npos) << log.str();
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
+  EXPECT_NE(root_.find("data-blocks=\"" + std::to_string(blocks) + "\""), std::string::npos)
+      << root_;
+  EXPECT_NE(root_.find("data-rendered=\"" + std::to_string(blocks) + "\""), std::string::npos)
+      << root_;
+  EXPECT_NE(root_.find("data-errors=\"0\""), std::string::npos) << root_;
+  EXPECT_EQ(console_, "");
+}
+
+// Every button pressed, every chart and map moved by keyboard and pointer: nothing breaks, legends
+// really switch, charts of one clock zoom together, and what was hidden is shown again.
+TEST_F(ReportPage, EveryControlCanBeUsed) {
+  draw(gallery(), R"(
+    const seen = [];
+    setTimeout(() => {
+      for (const p of document.querySelectorAll('.plot')) {
+        for (const key of ['+', 'ArrowRight', 'ArrowLeft', '-']) p.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
+        for (const over of p.querySelectorAll('.u-over, canvas'))
+          for (const type of ['mouseenter', 'mousemove', 'pointermove', 'pointerleave', 'mouseleave'])
+            over.dispatchEvent(new MouseEvent(type, { clientX: over.getBoundingClientRect().left + 90, clientY: over.getBoundingClientRect().top + 40, bubbles: true }));
+      }
+      const zoomed = document.querySelectorAll('.plot.chart')[0];
+      zoomed.dispatchEvent(new KeyboardEvent('keydown', { key: '+' }));
+      setTimeout(() => {
+        // The first two charts share a clock: both offer the way back.
+        const resets = [...document.querySelectorAll('.reset')].slice(0, 2).map((b) => !b.hidden);
+        document.documentElement.dataset.together = String(resets[0] && resets[1]);
+        const key = document.querySelector('.key');
+        key.click();
+        document.documentElement.dataset.off = key.getAttribute('aria-pressed');
+        key.click();
+        for (const b of document.querySelectorAll('button')) b.click();
+        dispatchEvent(new Event('beforeprint'));
+        dispatchEvent(new Event('afterprint'));
+      }, 200);
+    }, 200);
+  )");
+  if (IsSkipped()) return;
+  EXPECT_NE(root_.find("data-together=\"true\""), std::string::npos) << root_;
+  EXPECT_NE(root_.find("data-off=\"false\""), std::string::npos) << root_;
+  EXPECT_NE(root_.find("data-errors=\"0\""), std::string::npos) << root_;
+  EXPECT_EQ(console_, "");
 }
 
 }  // namespace

@@ -132,7 +132,7 @@ export function intervals(fig) {
     const line = 30, h = rows.length * line + 60, bottom = 46, left = Math.min(24 + 6.6 * Math.max(4, ...rows.map((r) => (r.name || '').length)), w * 0.45), right = 16;
     const values = rows.flatMap((r) => [r.value - reach(r), r.value + reach(r)]).concat(fig.reference ?? []);
     const box = extent(values, 0.08), sx = (v) => left + ((v - box[0]) / (box[1] - box[0])) * (w - left - right);
-    const t = niceTicks(box[0], box[1], Math.max(2, (w - left) / 70));
+    const t = niceTicks(box[0], box[1], Math.max(4, (w - left) / 70));
     let s = open(w, h, [fig.title, fig.caption].filter(Boolean).join('. '));
     for (const v of t.ticks) s += `<line class="grid" x1="${sx(v)}" x2="${sx(v)}" y1="4" y2="${h - bottom}"/><text x="${sx(v)}" y="${h - bottom + 17}" text-anchor="middle">${tick(v, t.step)}</text>`;
     s += `<text x="${(left + w - right) / 2}" y="${h - 6}" text-anchor="middle">${escapeHtml(axisText(fig.x))}</text>`;
