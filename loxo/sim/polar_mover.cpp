@@ -111,7 +111,7 @@ void PolarMover::add(const ImuIncrement<double>& sample) {
     return;
   }
   held_.push_back(sample);
-  while (!ended_ && held_.back().t >= k1_.t) {
+  while (!ended_ && sample.t >= k1_.t) {
     close_interval();
     ended_ = !next_interval();
   }
