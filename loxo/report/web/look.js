@@ -127,6 +127,10 @@ export function niceTicks(lo, hi, count) {
 
 // What redraws itself when the theme or the paper changes.
 export const redraws = new Set();
+const fits = new Set();
+export function refitAll() {
+  for (const f of fits) f();
+}
 export function redrawAll() {
   for (const f of redraws) f();
 }
@@ -172,6 +176,7 @@ export function onWidth(host, draw) {
     }
   };
   new ResizeObserver(run).observe(host);
+  fits.add(run);
   run();
 }
 

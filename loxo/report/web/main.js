@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds the page from its data. What it did is written on <html> (data-blocks, data-rendered, data-errors) for tests.
-import { el, redrawAll } from './look.js';
+import { el, redrawAll, refitAll } from './look.js';
 import { cdf, fan, histogram, series, stacked } from './chart.js';
 import { map } from './map.js';
 import { intervals, roots, scatter } from './plane.js';
@@ -77,9 +77,21 @@ function build(page) {
   html.dataset.rendered = String(rendered);
 
   system.addEventListener('change', (e) => { if (!store() && !asked) { setTheme(e.matches ? 'dark' : 'light'); redrawAll(); } });
+  // Paper is light and about 700 pixels wide; canvases do not follow by themselves.
   let before = null;
-  addEventListener('beforeprint', () => { before = html.dataset.theme; setTheme('light'); redrawAll(); });
-  addEventListener('afterprint', () => { setTheme(before || 'light'); redrawAll(); });
+  addEventListener('beforeprint', () => {
+    before = html.dataset.theme;
+    setTheme('light');
+    html.classList.add('printing');
+    refitAll();
+    redrawAll();
+  });
+  addEventListener('afterprint', () => {
+    setTheme(before || 'light');
+    html.classList.remove('printing');
+    refitAll();
+    redrawAll();
+  });
 }
 
 try {
