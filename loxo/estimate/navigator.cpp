@@ -55,7 +55,12 @@ Rot<Geographic, Ecef> level_at(const Geodetic<double>& p) { return geographic_ax
 
 struct Navigator::Pending {
   Ring<OdometerTick> ticks{4096};
-  Ring<Fix> fixes{1024};
+  struct Position {
+    double t = 0;
+    Fix fix;
+    bool user = false;
+  };
+  Ring<Position> fixes{1024};
   Ring<HeadingSample> headings{1024};
   Ring<HeightSample> heights{1024};
   Ring<VelocitySample> velocities{1024};
@@ -93,7 +98,8 @@ bool Navigator::odometer(const OdometerTick& tick) {
   pending_->last_tick = tick.t;
   return true;
 }
-bool Navigator::fix(const Fix& f) { return pending_->fixes.push(f); }
+bool Navigator::fix(const Fix& f) { return pending_->fixes.push({f.t, f, false}); }
+bool Navigator::benchmark(const Fix& f) { return pending_->fixes.push({f.t, f, true}); }
 bool Navigator::heading(const HeadingSample& h) { return pending_->headings.push(h); }
 bool Navigator::height(const HeightSample& h) { return pending_->heights.push(h); }
 bool Navigator::velocity(const VelocitySample& v) { return pending_->velocities.push(v); }
@@ -365,9 +371,9 @@ void Navigator::run_pending() {
     use_tick(tick);
   }
   while (!q.fixes.empty() && q.fixes.front().t <= s_.t + 1e-9) {
-    const Fix f = q.fixes.front();
+    const Pending::Position f = q.fixes.front();
     q.fixes.pop();
-    use_fix(f);
+    use_fix(f.fix, f.user);
   }
   const Gate open{config_.gate.c, 0};
   while (!q.headings.empty() && q.headings.front().t <= s_.t + 1e-9) {
@@ -505,7 +511,7 @@ void Navigator::use_tick(const OdometerTick& tick) {
   reset_accumulator(1, rest);
 }
 
-void Navigator::use_fix(const Fix& f) {
+void Navigator::use_fix(const Fix& f, bool user) {
   const double age = s_.t - f.t;
   const MeasurementPoint p = point(age);
   const Geodetic<double> here = to_geodetic(config_.ellipsoid, p.r);
@@ -564,15 +570,19 @@ void Navigator::use_fix(const Fix& f) {
       wrong_stamp = fabs(shift) <= 5.0 && fabs(shift) > 0.2 && norm2(e) < kChi95[n];
     }
     health_ |= kHealthRejected;
-    if (wrong_stamp) {
+    if (user && !wrong_stamp) {
+      ++events_.far_benchmarks;
+      events_.far_metres = max(events_.far_metres, hypot(y[0], y[1]));
+      if (!(events_.first_far <= s_.t)) events_.first_far = s_.t;
+    } else if (wrong_stamp) {
       ++events_.wrong_stamps;
       if (!(events_.first_wrong_stamp <= s_.t)) events_.first_wrong_stamp = s_.t;
     } else {
       ++events_.outlier_fixes;
     }
-    if (fix_rejected_since_ > s_.t) fix_rejected_since_ = s_.t;
+    if (!user && fix_rejected_since_ > s_.t) fix_rejected_since_ = s_.t;
     const bool locked_out = s_.t - fix_rejected_since_ > 3.0 * config_.lock_time;
-    if ((config_.fix_gate && !locked_out) || wrong_stamp) {
+    if ((config_.fix_gate && !user && !locked_out) || wrong_stamp) {
       Weighed w{Verdict::kRejected, r[0], n2 / n};
       counts_[static_cast<int>(Sensor::kFix)].add(sqrt(n2 / n), 1.0, w);
       return;

@@ -96,6 +96,8 @@ class Navigator {
   // goes back: not taken.
   bool odometer(const OdometerTick& tick);
   bool fix(const Fix& fix);
+  // A surveyed point or a user's own fix: weighted, never rejected; far ones are counted.
+  bool benchmark(const Fix& fix);
   bool heading(const HeadingSample& heading);
   bool height(const HeightSample& height);
   bool velocity(const VelocitySample& velocity);
@@ -114,9 +116,10 @@ class Navigator {
   // skid readings, wrong stamps.
   struct Events {
     long gaps = 0, long_gaps = 0, signs_turned = 0, wrong_stamps = 0, outlier_fixes = 0,
-         lock_recoveries = 0;
+         lock_recoveries = 0, far_benchmarks = 0;
     double dead_encoder = 0, slip = 0, skid = 0, standing = 0;
-    double first_dead = kNone, first_slip = kNone, first_wrong_stamp = kNone;
+    double first_dead = kNone, first_slip = kNone, first_wrong_stamp = kNone, first_far = kNone,
+           far_metres = 0;
   };
   const Events& events() const { return events_; }
   // The solution at state().t; the sigma of the true heading grows as tan L near a pole, as it
@@ -136,7 +139,7 @@ class Navigator {
   void side_epoch();
   void run_pending();
   void use_tick(const OdometerTick& tick);
-  void use_fix(const Fix& fix);
+  void use_fix(const Fix& fix, bool user);
   void judge_odometer(const Weighed& w, double y, double t);
   void reset_accumulator(int axis, double value);
 

@@ -340,8 +340,11 @@ struct SegmentedNavigator::Impl {
         held_k = kk, held_mu = mm;
         change_since = now;
       }
-      const bool met = age >= c.earliest && distance >= c.distance && out.k_std <= c.sd_limit &&
-                       out.mu_std <= c.sd_limit && now - change_since >= 20;
+      // The rule speaks of this filter's own sigmas, doubled because they are optimistic by about
+      // two.
+      const double rule_k = 2 * std::sqrt(P4(3, 3)), rule_mu = 2 * std::sqrt(P4(2, 2));
+      const bool met = age >= c.earliest && distance >= c.distance && rule_k <= c.sd_limit &&
+                       rule_mu <= c.sd_limit && now - change_since >= 20;
       if (met || age >= c.latest) {
         out.switched = true;
         out.forced = !met;
