@@ -26,6 +26,26 @@ void add_transfer(CLI::App& app, Globals& globals) {
       "--keep", o->keep,
       "velocity (formula (3)), or path (needs the recorded force fx_mps2, fy_mps2, fz_mps2)");
   rates->add_option("--ellipsoid", o->ellipsoid, "WGS84, GRS80, CGCS2000, Krassovsky, or a=…m,f=…");
+  const auto reference_and_unit = [&](CLI::App* op) {
+    op->add_option("--heading-error", o->heading_error, "1 sigma of the reference's heading");
+    op->add_option("--level-error", o->level_error, "1 sigma of the reference's pitch and roll");
+    op->add_option("--velocity-error", o->velocity_error,
+                   "1 sigma of the reference's east and north velocity");
+    op->add_option("--gyro-bias", o->gyro_bias, "1 sigma of the unit's gyro bias");
+    op->add_option("--accel-bias", o->accel_bias, "1 sigma of the unit's accelerometer bias");
+    op->add_option("--share", o->share, "of the unit's own errors that the conversion may add");
+  };
+  CLI::App* plan = add_subcommand(
+      *transfer, globals, "plan",
+      "from which latitude, with which reference, is the conversion error small beside the unit's "
+      "own",
+      "loxo transfer plan --gyro-bias 0.01deg/h --accel-bias 10ug --heading-error 3arcmin",
+      [o, &globals] { return transfer_plan(globals, *o); });
+  reference_and_unit(plan);
+  plan->add_option("--latitude", o->latitude,
+                   "one home latitude, with its unit; default: a table from 0 to 80 deg");
+  plan->add_option("--angle", o->angle, "the angle of the transfer; default: to the pole");
+  plan->add_option("--ellipsoid", o->ellipsoid, "WGS84, GRS80, CGCS2000, Krassovsky, or a=…m,f=…");
 }
 
 }  // namespace loxo::cli

@@ -5,6 +5,7 @@
 
 #include "cli/command.hpp"
 #include "loxo/earth/ellipsoid.hpp"
+#include "loxo/sim/transfer_budget.hpp"
 
 namespace loxo::cli {
 
@@ -16,8 +17,15 @@ struct TransferOptions {
   std::string keep;                 // path | velocity
   std::string ellipsoid = "WGS84";  // rates only: a drive names its own
   std::string table = "-";          // rates: FILE
+  // The reference's errors (1 sigma) and the unit's; those of the drive where it declares them.
+  std::string heading_error = "3arcmin", level_error = "1arcmin", velocity_error = "0.1m/s";
+  std::string gyro_bias, accel_bias;
+  std::string share = "0.1";  // of the unit's own errors
+  std::string latitude;       // plan: one home latitude instead of a table
 };
 
 int transfer_rates(const Globals& globals, const TransferOptions& options);  // transfer_rates.cpp
+int transfer_plan(const Globals& globals, const TransferOptions& options);   // transfer_plan.cpp
+ReferenceSigma reference_sigma(const TransferOptions& options);              // transfer_plan.cpp
 
 }  // namespace loxo::cli
