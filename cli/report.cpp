@@ -69,8 +69,14 @@ std::string stem_of(const std::string& path) {
 }
 
 #ifdef LOXO_REPORT_SOLUTIONS
-bool looks_like_truth(const std::string& stem) {
-  return stem.find("truth") != std::string::npos || stem.find("reference") != std::string::npos;
+// A table is the truth when its file is called so; one that a navigator wrote must be called
+// exactly so.
+bool looks_like_truth(const std::string& stem, const std::string& mode) {
+  for (const char* word : {"truth", "reference"}) {
+    if (stem == word || mode == word) return true;
+    if (mode.empty() && stem.find(word) != std::string::npos) return true;
+  }
+  return false;
 }
 
 std::string unused_name(const Gathered& g, const std::string& wanted) {
@@ -98,9 +104,9 @@ void add_table(Gathered& g, const std::string& path, bool truth) {
       solution = read_solution(path, *g.ellipsoid, g.diagnostics);
   }
   const std::string stem = stem_of(path);
-  const auto mode = solution.meta.find("mode");
-  const bool named_so = mode == solution.meta.end() && looks_like_truth(stem);
-  add_solution(g, std::move(solution), stem, truth || named_so);
+  const auto at = solution.meta.find("mode");
+  const std::string mode = at == solution.meta.end() ? "" : at->second;
+  add_solution(g, std::move(solution), stem, truth || looks_like_truth(stem, mode));
 }
 
 void add_drive(Gathered& g, const std::string& path) {
