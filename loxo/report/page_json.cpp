@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <numbers>
 #include <span>
 #include <string_view>
@@ -625,7 +626,21 @@ struct BlockWriter {
 std::string format_number(double value, double error, int digits) {
   if (!std::isfinite(value)) return std::isinf(value) ? (value > 0 ? "∞" : "−∞") : "–";
   char buffer[64];
-  const auto tidy = [](std::string s) {  // a true minus sign
+  const auto raised = [](int exponent) {  // ·10⁻⁷
+    static constexpr const char* kDigits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    std::string out = "·10";
+    if (exponent < 0) out += "⁻";
+    for (const char c : std::to_string(std::abs(exponent))) out += kDigits[c - '0'];
+    return out;
+  };
+  const auto tidy = [&](std::string s) {  // a true minus sign, powers of ten as people write them
+    if (const auto e = s.find('e'); e != std::string::npos) {
+      const int exponent = std::atoi(s.c_str() + e + 1);
+      s = s.substr(0, e);
+      for (std::size_t at = 0; (at = s.find('-', at)) != std::string::npos; at += 3)
+        s.replace(at, 1, "−");
+      return s + raised(exponent);
+    }
     for (std::size_t at = 0; (at = s.find('-', at)) != std::string::npos; at += 3)
       s.replace(at, 1, "−");
     return s;
@@ -646,9 +661,9 @@ std::string format_number(double value, double error, int digits) {
   if (lead >= 9 || lead <= -5) {  // a common power of ten
     const double unit = std::pow(10.0, lead);
     const int decimals = std::clamp(lead - place, 0, 15);
-    std::snprintf(buffer, sizeof buffer, "(%.*f ± %.*f)e%d", decimals, value / unit, decimals,
-                  error / unit, lead);
-    return tidy(buffer);
+    std::snprintf(buffer, sizeof buffer, "(%.*f ± %.*f)", decimals, value / unit, decimals,
+                  error / unit);
+    return tidy(buffer) + raised(lead);
   }
   const int decimals = std::clamp(-place, 0, 17);
   std::snprintf(buffer, sizeof buffer, "%.*f ± %.*f", decimals, value, decimals, error);

@@ -112,7 +112,9 @@ TEST(FormatNumber, TwoDigitsOfTheError) {
   EXPECT_EQ(format_number(1.2, 0.0996), "1.20 ± 0.10");
   EXPECT_EQ(format_number(-3.0, 12), "−3 ± 12");
   EXPECT_EQ(format_number(12345.6, 230), "12346 ± 230");
-  EXPECT_EQ(format_number(3.1e-7, 2e-9), "(3.100 ± 0.020)e−7");
+  EXPECT_EQ(format_number(3.1e-7, 2e-9), "(3.100 ± 0.020)·10⁻⁷");
+  EXPECT_EQ(format_number(-1.25e-7), "−1.25·10⁻⁷");
+  EXPECT_EQ(format_number(1.5e12), "1.5·10¹²");
   EXPECT_EQ(format_number(1.5, 0), "1.5 (exact)");
   EXPECT_EQ(format_number(0.1 + 0.2), "0.3");
   EXPECT_EQ(format_number(-0.0), "0");
