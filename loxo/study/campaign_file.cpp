@@ -166,7 +166,8 @@ Campaign read_campaign(const CampaignSource& source, const std::string& version)
   id.seed = static_cast<std::uint64_t>(table.get_integer("seed").value_or(1));
   if (source.seed != 0) id.seed = source.seed;
   const auto grain = static_cast<std::uint64_t>(c.kind->grain());
-  id.block = count("block", static_cast<long long>(2 * grain), 1 << 20);
+  id.block =
+      count("block", static_cast<long long>(std::max<std::uint64_t>(2 * grain, 64)), 1 << 20);
   // Blocks are made of whole pieces.
   id.block = (id.block + grain - 1) / grain * grain;
 

@@ -17,6 +17,8 @@ const std::vector<Entry>& entries() {
       {{"two_point",
         "one straight drive between two surveyed points, calibrated by a two-point method"},
        make_two_point_trial},
+      {{"drive", "a drive with sensor errors: simulated, navigated, dead-reckoned, evaluated"},
+       make_drive_trial},
   };
   return list;
 }

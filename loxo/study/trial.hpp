@@ -61,5 +61,6 @@ std::unique_ptr<TrialKind> make_trial_kind(const std::string& kind, const TomlTa
 
 // The rooms of kinds: one .cpp each.
 std::unique_ptr<TrialKind> make_two_point_trial(const TomlTable& settings);
+std::unique_ptr<TrialKind> make_drive_trial(const TomlTable& settings);
 
 }  // namespace loxo

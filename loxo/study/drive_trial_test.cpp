@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+
+#include "loxo/num/error.hpp"
+#include "loxo/num/units.hpp"
+#include "loxo/study/campaign.hpp"
+#include "loxo/study/drive_truth.hpp"
+
+namespace loxo {
+namespace {
+
+Campaign campaign(const std::string& settings, const std::string& parameters) {
+  CampaignSource s;
+  s.name = "test.toml";
+  s.text = "kind = \"drive\"\ntrials = 1000000\nseed = 21\n[settings]\n" + settings +
+           "[parameters]\n" + parameters;
+  return read_campaign(s, "test");
+}
+std::size_t column(const Campaign& c, const std::string& name) {
+  for (std::size_t j = 0; j < c.identity.columns.size(); ++j)
+    if (c.identity.columns[j].name == name) return j;
+  ADD_FAILURE() << name;
+  return 0;
+}
+const char* const kErrors = R"toml(
+gyro_bias = { log_uniform = ["0.001 deg/h", "1 deg/h"] }
+gyro_noise = "0.002 deg/sqrt(h)"
+gyro_walk = "0.01 deg/h/sqrt(h)"
+gyro_scale = 1e-5
+accel_bias = "30 ug"
+accel_noise = "20 ug/sqrt(Hz)"
+accel_scale = 1e-5
+heading_error = "3 arcmin"
+tilt_error = "20 arcsec"
+odometer_scale = 1e-3
+odometer_noise = "0.01 m"
+mounting = "2 arcmin"
+)toml";
+
+TEST(DriveTrial, TrialKIsBitIdenticalInAnyLaneAndAloneInEveryFrame) {
+  for (const char* frame : {"geographic", "transverse", "grid", "wander", "ecef"}) {
+    const std::string lat = std::string(frame) == "geographic" ? "-33 deg" : "89.9 deg";
+    const Campaign c = campaign("frame = \"" + std::string(frame) + "\"\nlat = \"" + lat +
+                                    "\"\nduration = \"40 s\"\nroute = \"weave\"\n",
+                                kErrors);
+    const std::size_t width = c.identity.columns.size() + 1;
+    const Block b = run_block(c, 0, 24);
+    for (std::uint64_t t = 0; t < 24; ++t) {
+      const auto alone = run_trial(c, t);
+      EXPECT_EQ(alone.back(), 0.0) << frame << " trial " << t << " is not computed";
+      for (std::size_t j = 0; j < width; ++j)
+        ASSERT_EQ(std::bit_cast<std::uint64_t>(alone[j]),
+                  std::bit_cast<std::uint64_t>(b.rows[t * width + j]))
+            << frame << " trial " << t << " "
+            << (j + 1 < width ? c.identity.columns[j].name : "health");
+    }
+  }
+}
+
+TEST(DriveTrial, WithoutErrorsThereIsNoError) {
+  for (const char* frame : {"transverse", "grid", "wander", "ecef"}) {
+    // Over the pole, through rounding and the disagreement of the frames of order dt^2 alone
+    // (polar.md 3.2).
+    const Campaign c =
+        campaign("frame = \"" + std::string(frame) +
+                     "\"\nlat = \"89.99 deg\"\nheading = \"0 deg\"\nroute = \"straight\"\nspeed = "
+                     "\"20 m/s\"\nduration = \"200 s\"\n",
+                 "gyro_bias = \"0 deg/h\"\ngyro_noise = \"0 deg/sqrt(h)\"\naccel_bias = \"0 "
+                 "ug\"\naccel_noise = \"0 ug/sqrt(Hz)\"\n");
+    const auto row = run_trial(c, 0);
+    // Position in steps of 1e-9 m over 20000 steps, random: 1e-7 m; the frames' dt^2 terms over 200
+    // s: below 1e-4 m.
+    EXPECT_LT(row[column(c, "horizontal_max_m")], 1e-4) << frame;
+    EXPECT_LT(std::fabs(row[column(c, "heading_end_rad")]), 1e-9) << frame;
+    // Ten steps of 100 Hz in one of dead reckoning: chord against arc of a straight way, and
+    // mid-attitude.
+    EXPECT_LT(row[column(c, "reckoned_end_m")], 1e-2) << frame;
+  }
+}
+
+TEST(DriveTrial, TruthStaysOnTheGroundLevelAndOnItsWay) {
+  const EarthModel earth = make_earth_model(wgs84());
+  DriveSettings s;
+  s.lat = 89.95 * deg, s.heading = 10 * deg, s.speed = 30, s.duration = 600,
+  s.weave_angle = 30 * deg;
+  const DriveTruth t = drive(earth, s);
+  ASSERT_EQ(t.epochs.size(), 601u);
+  for (const auto& e : t.epochs) {
+    EXPECT_NEAR(e.h, t.epochs.front().h, 0.1);
+    const auto up = cross(e.east, e.north);
+    const auto c = to_matrix(e.state.q_eb);
+    EXPECT_GT(up.x * c.m[0][2] + up.y * c.m[1][2] + up.z * c.m[2][2], std::cos(1e-4));
+  }
+  // 30 m/s after 30 s of start: 600 * 30 - 450 m of way.
+  EXPECT_NEAR(t.epochs.back().distance, 17550, 5);
+}
+
+// Static, white noise, one Schuler channel (the Earth's rate couples the channels by (w_ie t)^2 =
+// 0.002 at 600 s): dv' = -g phi + n_a, phi' = dv/R + n_g. With W = sqrt(g/R):
+//   var dv = N_a^2 (t/2 + sin 2Wt / 4W) + N_g^2 g R (t/2 - sin 2Wt / 4W)
+//   var dp = N_a^2/W^2 (t/2 - sin 2Wt / 4W) + N_g^2 R^2 (3t/2 - 2 sin Wt / W + sin 2Wt / 4W)
+TEST(DriveTrial, StaticWhiteNoiseHasTheCovarianceOfTheClosedForm) {
+  constexpr double T = 600, kN = 4096;
+  struct Case {
+    const char* parameters;
+    double na, ng;
+  };
+  const Case cases[] = {
+      {"gyro_noise = \"0 deg/sqrt(h)\"\naccel_noise = \"100 ug/sqrt(Hz)\"\n", 100 * ug, 0},
+      {"gyro_noise = \"0.01 deg/sqrt(h)\"\naccel_noise = \"0 ug/sqrt(Hz)\"\n", 0,
+       0.01 * deg_per_sqrt_h},
+  };
+  for (const Case& k : cases) {
+    const Campaign c = campaign(
+        "route = \"static\"\nlat = \"35 deg\"\nframe = \"geographic\"\nduration = \"600 "
+        "s\"\nimu_rate = \"10 Hz\"\n"
+        "odometer_rate = \"10 Hz\"\n",
+        std::string("gyro_bias = \"0 deg/h\"\naccel_bias = \"0 ug\"\n") + k.parameters);
+    const Block b = run_block(c, 0, static_cast<std::uint64_t>(kN));
+    const double g = 9.797, R = 6.37e6, W = std::sqrt(g / R);
+    const double minus = T / 2 - std::sin(2 * W * T) / (4 * W),
+                 plus = T / 2 + std::sin(2 * W * T) / (4 * W);
+    const double var_v = k.na * k.na * plus + k.ng * k.ng * g * R * minus;
+    const double var_p =
+        k.na * k.na / (W * W) * minus +
+        k.ng * k.ng * R * R * (1.5 * T - 2 * std::sin(W * T) / W + std::sin(2 * W * T) / (4 * W));
+    const std::size_t width = c.identity.columns.size() + 1;
+    const struct {
+      const char* name;
+      double variance;
+    } metrics[] = {{"east_end_m", var_p},
+                   {"north_end_m", var_p},
+                   {"ve_end_mps", var_v},
+                   {"vn_end_mps", var_v}};
+    for (const auto& m : metrics) {
+      double sum = 0, squares = 0;
+      const std::size_t j = column(c, m.name);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(kN); ++i) {
+        const double x = b.rows[i * width + j];
+        sum += x / kN, squares += x * x / kN;
+      }
+      // 5 sigma of a variance from N values, and 1 % for R, g and the coupling left out.
+      EXPECT_NEAR(squares / m.variance, 1.0, 5 * std::sqrt(2 / kN) + 0.01) << m.name << "\n"
+                                                                           << k.parameters;
+      EXPECT_LT(std::fabs(sum), 5 * std::sqrt(m.variance / kN)) << m.name;
+    }
+  }
+}
+
+// A bias constant over a trial: dead reckoning's end error is the distance times the errors of
+// scale and angle.
+TEST(DriveTrial, ReckonedErrorIsDistanceTimesScaleAndAngle) {
+  const Campaign c = campaign(
+      "route = \"straight\"\nlat = \"20 deg\"\nduration = \"300 s\"\nimu_rate = \"10 "
+      "Hz\"\nodometer_rate = \"10 Hz\"\n",
+      "gyro_bias = \"0 deg/h\"\ngyro_noise = \"0 deg/sqrt(h)\"\naccel_bias = \"0 ug\"\naccel_noise "
+      "= \"0 ug/sqrt(Hz)\"\n"
+      "odometer_scale = 1e-3\nmounting = \"2 mrad\"\n");
+  constexpr std::uint64_t kN = 2048;
+  const Block b = run_block(c, 0, kN);
+  const std::size_t width = c.identity.columns.size() + 1, j = column(c, "reckoned_end_pct");
+  double squares = 0;
+  for (std::uint64_t i = 0; i < kN; ++i)
+    squares += b.rows[i * width + j] * b.rows[i * width + j] / static_cast<double>(kN);
+  // E |error|^2 / D^2 = scale^2 + angle^2; that of two chi-squares with unequal weights: at most
+  // sqrt(2/N) relative sigma.
+  EXPECT_NEAR(squares / 1e4 / (1e-6 + 4e-6), 1.0,
+              5 * std::sqrt(2.0 / static_cast<double>(kN)) + 0.005);
+}
+
+TEST(DriveTrial, ALaneThatGoesBadLeavesItsNeighboursAlone) {
+  // An accelerometer that is wrong by a hundred g in lane 5 alone throws that trial off the Earth.
+  const Campaign c = campaign(
+      "frame = \"geographic\"\nlat = \"89.9 deg\"\nheading = \"0 deg\"\nduration = \"100 "
+      "s\"\nimu_rate = \"10 Hz\"\n",
+      "accel_bias = { grid = [\"10 ug\", \"11 ug\", \"12 ug\", \"13 ug\", \"14 ug\", \"980 "
+      "m/s^2\", \"15 ug\", \"16 ug\"] }\n");
+  const Block b = run_block(c, 0, 8);
+  const std::size_t width = c.identity.columns.size() + 1;
+  for (std::uint64_t t = 0; t < 8; ++t) {
+    const auto alone = run_trial(c, t);
+    const double max = alone[column(c, "horizontal_max_m")];
+    if (t == 5)
+      EXPECT_FALSE(max < 1e5) << "lane 5 was to go bad";
+    else
+      EXPECT_LT(max, 100.0) << t;
+    for (std::size_t j = 0; j < width; ++j)
+      EXPECT_TRUE(alone[j] == b.rows[t * width + j] ||
+                  (std::isnan(alone[j]) && std::isnan(b.rows[t * width + j])))
+          << t << " " << j;
+  }
+}
+
+TEST(DriveTrial, RefusesSettingsThatCannotBe) {
+  const auto refused = [](const std::string& settings, const std::string& words) {
+    try {
+      campaign(settings, "");
+      ADD_FAILURE() << settings;
+    } catch (const Error& e) {
+      EXPECT_EQ(e.exit_code(), 3);
+      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+    }
+  };
+  refused("route = \"weeve\"\n", "did you mean 'weave'");
+  refused("frame = \"eecf\"\n", "did you mean 'ecef'");
+  refused("duration = \"100000 h\"\n", "2 million");
+  refused("odometer_rate = \"7 Hz\"\n", "whole part");
+  refused("lat = \"95 deg\"\n", "latitude");
+  refused("speeed = \"5 m/s\"\n", "did you mean 'speed'");
+}
+
+}  // namespace
+}  // namespace loxo
