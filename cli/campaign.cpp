@@ -10,9 +10,11 @@
 #include <memory>
 #include <sstream>
 
+#include "cli/campaign.hpp"
 #include "cli/command.hpp"
 #include "loxo/ins/solution.hpp"
 #include "loxo/num/error.hpp"
+#include "loxo/report/json_sections.hpp"
 #include "loxo/report/page_html.hpp"
 #include "loxo/study/campaign.hpp"
 #include "loxo/study/statistics.hpp"
@@ -215,6 +217,60 @@ void add_fans(report::Section& section, const std::vector<Summary>& list) {
   }
 }
 
+// The first two errors against each other, with the ellipse of their covariance.
+void add_error_ellipse(report::Section& section, const Store& store,
+                       const std::vector<Summary>& list) {
+  std::vector<std::string> names;
+  for (const auto& s : list)
+    if (s.name.find("_error") != std::string::npos && s.name.rfind("_at_") == std::string::npos)
+      names.push_back(s.name);
+  if (names.size() < 2) return;
+  const std::uint64_t stride = std::max<std::uint64_t>(1, store.trials() / 20000);
+  const auto x = store.column(names[0], stride), y = store.column(names[1], stride);
+  double n = 0, mx = 0, my = 0, sxx = 0, sxy = 0, syy = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
+    n += 1;
+    const double dx = x[i] - mx, dy = y[i] - my;
+    mx += dx / n;
+    my += dy / n;
+    sxx += dx * (x[i] - mx);
+    sxy += dx * (y[i] - my);
+    syy += dy * (y[i] - my);
+  }
+  if (n < 3) return;
+  const auto cx = report::column_of_key(names[0]), cy = report::column_of_key(names[1]);
+  report::Scatter scatter;
+  scatter.title = cx.title + " and " + cy.title;
+  scatter.caption =
+      "Each point a trial; the ellipse holds 95 % of a normal distribution with their covariance.";
+  scatter.x = {cx.title, cx.unit};
+  scatter.y = {cy.title, cy.unit};
+  scatter.clouds.push_back({"trials", x, y});
+  scatter.ellipses.push_back({"covariance", mx, my, sxx / (n - 1), sxy / (n - 1), syy / (n - 1)});
+  section.blocks.emplace_back(std::move(scatter));
+}
+
+report::Section comparison(const Json& against) {
+  report::Section section{"Held against " + against.at("name").get<std::string>(), {}, ""};
+  report::Table t;
+  t.title = "The other campaign minus this one";
+  t.caption =
+      "Difference of the means with its 95 % interval; a small p-value says that the distributions "
+      "differ.";
+  t.columns = {{"metric", ""}, {"difference", ""}, {"from", ""},
+               {"to", ""},     {"paired", ""},     {"p-value", ""}};
+  const auto value = [](const Json& j) { return j.is_number() ? j.get<double>() : std::nan(""); };
+  for (const auto& [name, d] : against.at("metrics").items())
+    t.rows.push_back(
+        {{name, value(d.at("mean")), value(d.at("mean_95")[0]), value(d.at("mean_95")[1]),
+          d.at("paired").get<bool>() ? "yes" : "no", value(d.at("p_value"))},
+         false,
+         ""});
+  section.blocks.emplace_back(std::move(t));
+  return section;
+}
+
 report::Page page_of(const std::string& path, const Store& store, const std::vector<Summary>& list,
                      const Json& result) {
   report::Page page;
@@ -248,20 +304,24 @@ report::Page page_of(const std::string& path, const Store& store, const std::vec
   for (const auto& s : list) {
     if (s.name.rfind("_at_") != std::string::npos) continue;
     const auto values = store.column(s.name, std::max<std::uint64_t>(1, store.trials() / 20000));
+    const auto column = report::column_of_key(s.name);
     report::Histogram h;
-    h.title = s.name;
-    h.x = {s.name, ""};
+    h.title = column.title;
+    h.x = {column.title, column.unit};
     h.samples.push_back({s.name, values});
     h.normal = true;
+    const auto h_axis = h.x;
     metrics.blocks.emplace_back(std::move(h));
     report::Cdf cdf;
-    cdf.title = s.name;
-    cdf.x = {s.name, ""};
+    cdf.title = column.title + ", cumulative";
+    cdf.x = h_axis;
     cdf.samples.push_back({s.name, values});
     metrics.blocks.emplace_back(std::move(cdf));
   }
+  add_error_ellipse(metrics, store, list);
   add_fans(metrics, list);
   page.sections.push_back(std::move(metrics));
+  if (result.contains("against")) page.sections.push_back(comparison(result["against"]));
 
   report::Section matter{"What matters", {}, ""};
   for (const auto& [metric, influences] : result.at("sensitivity").items()) {
@@ -293,16 +353,12 @@ report::Page page_of(const std::string& path, const Store& store, const std::vec
   return page;
 }
 
-int report_command(const Globals& globals, const CampaignOptions& o) {
-  const bool running = has_parts(o.store);
-  if (running) merge_parts(o.store);
-  const Store store(o.store);
-  if (store.trials() == 0)
-    throw Error(ErrorKind::kInput, "no whole block of trials yet; ask again later", o.store);
+// All that `report` says, by name.
+Json result_of(const CampaignOptions& o, const Store& store, bool running,
+               const std::vector<Summary>& list) {
   const auto& id = store.identity();
   std::vector<std::string> metrics, parameters;
   for (const auto& c : id.columns) (c.parameter ? parameters : metrics).push_back(c.name);
-  const auto list = summaries(store);
   const std::uint64_t stride = stride_of(store);
 
   std::string metric = o.metric.empty() ? metrics.front() : o.metric;
@@ -381,6 +437,27 @@ int report_command(const Globals& globals, const CampaignOptions& o) {
       throw Error(ErrorKind::kInput, "the two campaigns have no metric in common", o.against);
     result["against"] = {{"store", o.against}, {"name", theirs.name}, {"metrics", diff}};
   }
+  return result;
+}
+
+// Whole blocks of a campaign that still runs are merged first.
+bool merge_if_running(const std::string& path) {
+  const bool running = has_parts(path);
+  if (running) merge_parts(path);
+  return running;
+}
+void require_trials(const Store& store, const std::string& path) {
+  if (store.trials() == 0)
+    throw Error(ErrorKind::kInput, "no whole block of trials yet; ask again later", path);
+}
+
+int report_command(const Globals& globals, const CampaignOptions& o) {
+  const bool running = merge_if_running(o.store);
+  const Store store(o.store);
+  require_trials(store, o.store);
+  const auto& id = store.identity();
+  const auto list = summaries(store);
+  Json result = result_of(o, store, running, list);
   if (!globals.output.empty())
     report::write_page(page_of(o.store, store, list, result), globals.output);
   if (globals.json) {
@@ -392,7 +469,8 @@ int report_command(const Globals& globals, const CampaignOptions& o) {
                            result["bad_trials"].get<long long>()));
   say(globals, heading());
   for (const auto& s : list) say(globals, row_of(s));
-  if (!varied.empty()) {
+  const auto metric = result["worst_metric"].get<std::string>();
+  if (!result["sensitivity"][metric].empty()) {
     say(globals,
         fmt::format("\n  what matters for |{}|: share of its variance (rank correlation)", metric));
     for (const auto& i : result["sensitivity"][metric])
@@ -458,6 +536,16 @@ int replay_command(const Globals& globals, const CampaignOptions& o) {
 }
 
 }  // namespace
+
+report::Page campaign_page(const std::string& path) {
+  CampaignOptions o;
+  o.store = path;
+  const bool running = merge_if_running(path);
+  const Store store(path);
+  require_trials(store, path);
+  const auto list = summaries(store);
+  return page_of(path, store, list, result_of(o, store, running, list));
+}
 
 void add_campaign(CLI::App& app, Globals& globals) {
   auto* campaign = add_command(

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 
+#include "cli/campaign.hpp"
 #include "cli/command.hpp"
 #include "loxo/log/drive.hpp"
 #include "loxo/log/solution_file.hpp"
@@ -35,7 +36,8 @@ using report::NamedSolution;
 constexpr const char* kRecognised =
     "expected a solution or reference table (CSV or .h5 with t_s and a position), a drive (folder "
     "with drive.toml, .toml, .h5), a "
-    "certificate, or the JSON that calibrate, evaluate, analyze, allan or reproduce wrote";
+    "certificate, a campaign store, or the JSON that calibrate, evaluate, analyze, allan or "
+    "reproduce wrote";
 
 struct Input {
   std::string path, kind;
@@ -211,8 +213,15 @@ void add_path(Gathered& g, const std::string& path, bool truth = false) {
     g.inputs.push_back({path, solution ? "solution" : "drive"});
     return;
   }
-  if (head.starts_with("SQLite format 3"))
-    refuse(path, "a campaign store: 'loxo campaign report' makes its page");
+  if (head.starts_with("SQLite format 3")) {
+    auto page = campaign_page(path);
+    for (auto& section : page.sections) {
+      section.group = page.title;
+      g.results.push_back(std::move(section));
+    }
+    g.inputs.push_back({path, "campaign"});
+    return;
+  }
   if (path.ends_with(".toml")) {
     add_drive(g, path);
     g.inputs.push_back({path, "drive"});
@@ -246,7 +255,11 @@ std::string title_of(const Gathered& g, bool truth) {
   std::size_t n = 0;
   for (const auto& s : g.named)
     if (!s.truth) names += (n++ ? ", " : "") + s.name;
-  if (n == 0) return truth ? "Reference" : g.results.empty() ? "Report" : g.results.front().title;
+  if (n == 0)
+    return truth                             ? "Reference"
+           : g.results.empty()               ? "Report"
+           : g.results.front().group.empty() ? g.results.front().title
+                                             : g.results.front().group;
   return (n > 4 ? fmt::format("{} solutions", n) : names) + (truth ? " against the truth" : "");
 }
 

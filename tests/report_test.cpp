@@ -84,7 +84,7 @@ TEST(Report, RefusesWhatItDoesNotKnow) {
                {written("other.json", "{\"a\": 1}"), "no known kind", 3},
                {written("broken.json", "{\"a\": "), "broken.json:1", 3},
                {written("bytes.csv", std::string("\x7f\x45LF\0\0\0\1", 8)), "bytes.csv", 3},
-               {written("store.db", "SQLite format 3 and more"), "loxo campaign report", 3},
+               {written("store.db", "SQLite format 3 and more"), "store.db", 3},
                {scratch_folder() + "/absent.csv", "no such file", 3},
                {scratch_folder(), "without drive.toml", 3}};
   for (const auto& c : cases) {
@@ -97,6 +97,18 @@ TEST(Report, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(run("report " + written("calibration.json", kCalibration) + " -o /nowhere/at/all.html")
                 .exit_code,
             1);
+}
+
+TEST(Report, ACampaignBesideACalibration) {
+  const std::string store = scratch_folder() + "/legs.sqlite",
+                    page = scratch_folder() + "/campaign.html";
+  ASSERT_EQ(run("campaign run leg-length --trials 2000 -o " + store).exit_code, 0);
+  const auto outcome = run("report --json " + store + " " +
+                           written("calibration.json", kCalibration) + " -o " + page);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* words : {"\"kind\": \"campaign\"", "What came out", "Calibration: calibration"})
+    EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
+  EXPECT_NE(slurp(page).find("\"kind\":\"scatter\""), std::string::npos);
 }
 
 TEST(Report, SolutionHeldAgainstTheTruth) {
