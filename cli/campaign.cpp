@@ -224,6 +224,11 @@ void add_error_ellipse(report::Section& section, const Store& store,
   for (const auto& s : list)
     if (s.name.find("_error") != std::string::npos && s.name.rfind("_at_") == std::string::npos)
       names.push_back(s.name);
+  if (names.size() < 2) {
+    names.clear();
+    for (const auto& s : list)
+      if (s.name == "east_end_m" || s.name == "north_end_m") names.push_back(s.name);
+  }
   if (names.size() < 2) return;
   const std::uint64_t stride = std::max<std::uint64_t>(1, store.trials() / 20000);
   const auto x = store.column(names[0], stride), y = store.column(names[1], stride);

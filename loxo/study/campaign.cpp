@@ -10,8 +10,8 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <limits>
-#include <mutex>
 
 #include "loxo/ins/solution.hpp"
 #include "loxo/num/error.hpp"
@@ -133,33 +133,47 @@ Block run_block(const Campaign& c, std::uint64_t index, std::uint64_t count) {
 
 namespace {
 
-RunResult run_here(const Campaign& c, const RunOptions& options, const Ranks& ranks) {
+// What is on disk, as rank 0 sees it: one reader of all segments, however many ranks there are.
+struct OnDisk {
+  SegmentReader reader;
+  Judge judge;
+  OnDisk(const Campaign& c, const std::string& folder) : reader(folder, c.identity), judge(c) {}
+  void look() {
+    reader.scan([&](const Block& b) { judge.add(b); });
+  }
+};
+
+// A store continued by a program that computes other bits would mix two campaigns.
+void check_bits(const Campaign& c, const SegmentReader& reader, std::uint64_t blocks,
+                const std::string& store) {
+  for (std::uint64_t b = 0; b < blocks; ++b) {
+    if (reader.held(b) == 0) continue;
+    const Block held = reader.read(b);
+    const auto again = run_trial(c, b * c.identity.block);
+    for (std::size_t j = 0; j < again.size(); ++j)
+      if (again[j] != held.rows[j] && !(std::isnan(again[j]) && std::isnan(held.rows[j])))
+        throw Error(ErrorKind::kInput,
+                    "trial " + std::to_string(b * c.identity.block) +
+                        " gives other bits in this program than in the store; finish it with the "
+                        "program that began it, or choose another store",
+                    store);
+    return;
+  }
+}
+
+// Rank 0 tells the others through the folder that the stopping rule is satisfied.
+std::string enough_file(const std::string& store) { return parts_folder(store) + "/enough"; }
+
+// `held`: trials on disk of each block. `disk`: rank 0 alone.
+RunResult run_here(const Campaign& c, const RunOptions& options, const Ranks& ranks,
+                   const std::vector<std::uint64_t>& held, OnDisk* disk) {
   RunResult result;
   const double started = now();
-  const std::string folder = parts_folder(options.store);
-  SegmentReader reader(folder, c.identity);
-  Judge judge(c);
-  reader.scan([&](const Block& b) { judge.add(b); });
-  const std::uint64_t blocks = (c.trials + c.identity.block - 1) / c.identity.block;
+  const std::uint64_t blocks = held.size();
   for (std::uint64_t b = 0; b < blocks; ++b)
-    if (reader.held(b) >= block_size(c, b)) result.resumed += block_size(c, b);
+    if (held[b] >= block_size(c, b)) result.resumed += block_size(c, b);
 
-  // A store continued by a program that computes other bits would mix two campaigns.
-  for (std::uint64_t b = 0; b < blocks; ++b)
-    if (reader.held(b) > 0) {
-      const Block held = reader.read(b);
-      const auto again = run_trial(c, b * c.identity.block);
-      for (std::size_t j = 0; j < again.size(); ++j)
-        if (again[j] != held.rows[j] && !(std::isnan(again[j]) && std::isnan(held.rows[j])))
-          throw Error(ErrorKind::kInput,
-                      "trial " + std::to_string(b * c.identity.block) +
-                          " gives other bits in this program than in the store; "
-                          "finish it with the program that began it, or choose another store",
-                      options.store);
-      break;
-    }
-
-  SegmentWriter writer(folder, c.identity, ranks.rank());
+  SegmentWriter writer(parts_folder(options.store), c.identity, ranks.rank());
   result.threads = options.threads > 0 ? options.threads : oneapi::tbb::info::default_concurrency();
   const auto threads = static_cast<std::size_t>(result.threads);
   oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
@@ -172,22 +186,26 @@ RunResult run_here(const Campaign& c, const RunOptions& options, const Ranks& ra
     std::vector<double> rows;
   };
   std::uint64_t block = static_cast<std::uint64_t>(ranks.rank()), offset = 0;
-  std::atomic<bool> enough{judge.stopped()};
-  double scanned = now();
+  const bool rule = !c.stop.metric.empty();
+  bool enough = disk != nullptr && disk->judge.stopped();
   Block growing;
   const auto interrupted = [&] {
     return options.interrupted != nullptr && options.interrupted->load();
   };
   const auto look = [&] {
-    reader.scan([&](const Block& b) { judge.add(b); });
-    if (judge.stopped()) enough = true;
-    scanned = now();
+    if (disk == nullptr) {
+      enough = std::filesystem::exists(enough_file(options.store));
+      return;
+    }
+    disk->look();
+    enough = disk->judge.stopped();
+    if (enough && ranks.size() > 1) std::ofstream(enough_file(options.store)) << "yes\n";
   };
 
   const auto feed = [&](oneapi::tbb::flow_control& flow) -> Piece {
     Piece piece;
     if (offset == 0) {
-      while (block < blocks && reader.held(block) >= block_size(c, block))
+      while (block < blocks && held[block] >= block_size(c, block))
         block += static_cast<std::uint64_t>(ranks.size());
       if (block >= blocks || enough || interrupted()) {
         flow.stop();
@@ -224,7 +242,7 @@ RunResult run_here(const Campaign& c, const RunOptions& options, const Ranks& ra
   // With a rule, the pipeline runs in stretches of half a second, between which the folder is read:
   // the blocks of other ranks come through it, without messages and without a master to lose.
   do {
-    const double until = judge.on() ? now() + 0.5 : std::numeric_limits<double>::infinity();
+    const double until = rule ? now() + 0.5 : std::numeric_limits<double>::infinity();
     const auto timed = [&](oneapi::tbb::flow_control& flow) -> Piece {
       if (offset == 0 && now() > until) {
         flow.stop();
@@ -237,7 +255,7 @@ RunResult run_here(const Campaign& c, const RunOptions& options, const Ranks& ra
         4 * threads, tbb::make_filter<void, Piece>(tbb::filter_mode::serial_in_order, timed) &
                          tbb::make_filter<Piece, Piece>(tbb::filter_mode::parallel, work) &
                          tbb::make_filter<Piece, void>(tbb::filter_mode::serial_in_order, keep));
-    if (judge.on()) look();
+    if (rule) look();
   } while (block < blocks && !enough && !interrupted());
   writer.sync();
   result.complete = !interrupted();
@@ -298,6 +316,9 @@ RunResult run_campaign(const Campaign& c, const RunOptions& options, const Ranks
       throw Error(static_cast<ErrorKind>(worst), "another rank failed; the same command resumes");
   };
   RunResult result;
+  const std::uint64_t blocks = (c.trials + c.identity.block - 1) / c.identity.block;
+  std::vector<std::uint64_t> held(blocks);
+  std::unique_ptr<OnDisk> disk;
   together([&] {
     if (ranks.rank() != 0) return;
     const bool fresh = !has_parts(options.store);
@@ -306,8 +327,16 @@ RunResult run_campaign(const Campaign& c, const RunOptions& options, const Ranks
       SegmentReader reader(parts_folder(options.store), c.identity);
       reopen(options.store, c, reader);
     }
+    std::filesystem::remove(enough_file(options.store));
+    disk = std::make_unique<OnDisk>(c, parts_folder(options.store));
+    disk->look();
+    check_bits(c, disk->reader, blocks, options.store);
+    for (std::uint64_t b = 0; b < blocks; ++b) held[b] = disk->reader.held(b);
   });
-  together([&] { result = run_here(c, options, ranks); });
+  ranks.share(held);
+  together([&] { result = run_here(c, options, ranks, held, disk.get()); });
+  disk.reset();
+  result.computed = static_cast<std::uint64_t>(ranks.sum(static_cast<double>(result.computed)));
   const bool interrupted = ranks.largest(result.complete ? 0 : 1) != 0;
   result.complete = !interrupted;
   together([&] {

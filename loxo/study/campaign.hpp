@@ -79,6 +79,9 @@ class Ranks {
   bool all_equal(std::uint64_t x) const;
   // Waits for all; the largest of what the ranks gave.
   int largest(int x) const;
+  double sum(double x) const;
+  // Rank 0's list, to all.
+  void share(std::vector<std::uint64_t>& list) const;
   static bool built_in();
 
  private:
@@ -94,7 +97,7 @@ struct RunOptions {
 };
 struct RunResult {
   std::uint64_t trials = 0;    // held in the store
-  std::uint64_t computed = 0;  // now, by this process
+  std::uint64_t computed = 0;  // now, by all ranks
   std::uint64_t resumed = 0;   // found done
   bool complete = false;       // false: interrupted
   bool stopped_by_rule = false;

@@ -56,6 +56,23 @@ int Ranks::largest(int x) const {
   MPI_Allreduce(&x, &y, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   return y;
 }
+double Ranks::sum(double x) const {
+  if (size_ == 1) return x;
+  double y = x;
+  MPI_Allreduce(&x, &y, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+  return y;
+}
+void Ranks::share(std::vector<std::uint64_t>& list) const {
+  if (size_ == 1) return;
+  unsigned long long n = list.size();
+  MPI_Bcast(&n, 1, MPI_UNSIGNED_LONG_LONG, 0, MPI_COMM_WORLD);
+  list.resize(n);
+  // A count of MPI is an int.
+  constexpr std::size_t kPiece = std::size_t{1} << 28;
+  for (std::size_t i = 0; i < list.size(); i += kPiece)
+    MPI_Bcast(list.data() + i, static_cast<int>(std::min(kPiece, list.size() - i)), MPI_UINT64_T, 0,
+              MPI_COMM_WORLD);
+}
 #else
 bool Ranks::built_in() { return false; }
 
@@ -67,6 +84,8 @@ Ranks::Ranks() {
 Ranks::~Ranks() = default;
 bool Ranks::all_equal(std::uint64_t) const { return true; }
 int Ranks::largest(int x) const { return x; }
+double Ranks::sum(double x) const { return x; }
+void Ranks::share(std::vector<std::uint64_t>&) const {}
 #endif
 
 }  // namespace loxo
