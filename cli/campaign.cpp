@@ -379,9 +379,7 @@ Json result_of(const CampaignOptions& o, const Store& store, bool running,
                  {"version", id.version},
                  {"trials", store.trials()},
                  {"complete", !running}};
-  const auto health = store.health();
-  result["bad_trials"] =
-      std::count_if(health.begin(), health.end(), [](double h) { return h != 0; });
+  result["bad_trials"] = store.bad_trials();
   result["metrics"] = Json::object();
   for (const auto& s : list) result["metrics"][s.name] = to_json(s);
 

@@ -71,7 +71,11 @@ class Judge {
          it = waiting_.find(next_)) {
       if (it->second.size() < campaign_.identity.block) break;  // judged on whole blocks only
       for (double x : it->second)
-        if (std::isfinite(x)) values_.push_back(x);
+        if (std::isfinite(x)) {
+          moments_.add(x);
+          // Only a percentile needs the values themselves.
+          if (campaign_.stop.statistic == StopRule::Statistic::kPercentile) values_.push_back(x);
+        }
       waiting_.erase(it);
       ++next_;
       const std::uint64_t n = next_ * campaign_.identity.block;
@@ -87,7 +91,9 @@ class Judge {
  private:
   bool narrow() const {
     const StopRule& s = campaign_.stop;
-    const Interval i = confidence_interval(values_, s.statistic, s.percentile, s.confidence);
+    const Interval i = s.statistic == StopRule::Statistic::kPercentile
+                           ? confidence_interval(values_, s.statistic, s.percentile, s.confidence)
+                           : confidence_interval(moments_, s.statistic, s.confidence);
     const double half = 0.5 * (i.hi - i.lo);
     return s.half_width > 0 ? half <= s.half_width : half <= s.relative * std::fabs(i.value);
   }
@@ -96,6 +102,7 @@ class Judge {
   std::uint64_t next_ = 0, next_check_, at_ = 0;
   bool stopped_ = false;
   std::map<std::uint64_t, std::vector<double>> waiting_;
+  RunningMoments moments_;
   std::vector<double> values_;
 };
 

@@ -28,10 +28,17 @@ struct StopRule {
   double confidence = 0.95;
   std::uint64_t at_least = 1000;  // trials before it is asked
 };
-// Half width of the interval of a statistic of `values`; NaN where it cannot be told.
 struct Interval {
   double value = 0, lo = 0, hi = 0;
 };
+// The interval of a statistic; NaN where it cannot be told (fewer than 8 values).
+// Running sums of a sample, in the order given.
+struct RunningMoments {
+  double n = 0, mean = 0, m2 = 0, m3 = 0, m4 = 0;  // sums of powers of the deviation from the mean
+  void add(double x);
+};
+Interval confidence_interval(const RunningMoments& moments, StopRule::Statistic statistic,
+                             double confidence);
 Interval confidence_interval(const std::vector<double>& values, StopRule::Statistic statistic,
                              double percentile, double confidence);
 

@@ -365,6 +365,23 @@ TEST(Statistics, IntervalsHoldTheTruthAsOftenAsTheySay) {
   EXPECT_GT(p95, least);
 }
 
+TEST(Statistics, RunningMomentsAreThoseOfTheWholeSample) {
+  std::vector<double> v;
+  RunningMoments r;
+  for (std::uint64_t i = 0; i < 500; ++i) {
+    double x;
+    Draws({{Distribution::Kind::kLogUniform, {1, 100}}}, 3).at(i, {&x, 1});
+    v.push_back(x);
+    r.add(x);
+  }
+  using St = StopRule::Statistic;
+  for (const St s : {St::kMean, St::kStd}) {
+    const Interval a = confidence_interval(r, s, 0.9), b = confidence_interval(v, s, 50, 0.9);
+    EXPECT_NEAR(a.value, b.value, 1e-12 * b.value);
+    EXPECT_NEAR(a.hi - a.lo, b.hi - b.lo, 1e-10 * b.value);
+  }
+}
+
 TEST(Statistics, InfluenceNamesTheParameterThatMatters) {
   std::vector<double> x, y, z;
   for (std::uint64_t i = 0; i < 4000; ++i) {

@@ -194,6 +194,30 @@ TEST(DriveTrial, ALaneThatGoesBadLeavesItsNeighboursAlone) {
   }
 }
 
+// The bits of campaigns, the same from every processor level: builds with LOXO_ARCH=v2, v3 and v4
+// gave this number.
+TEST(DriveTrial, BitsAreThoseOfEveryOtherProcessor) {
+  std::uint64_t h = 0xcbf29ce484222325;
+  const auto add = [&](const Campaign& c) {
+    for (const double x : run_block(c, 0, 16).rows) {
+      h = (h ^ (std::isnan(x) ? 1 : std::bit_cast<std::uint64_t>(x))) * 0x100000001b3;
+      h ^= h >> 29;
+    }
+  };
+  for (const char* frame : {"geographic", "transverse", "grid", "wander", "ecef"})
+    add(campaign("frame = \"" + std::string(frame) + "\"\nlat = \"84 deg\"\nduration = \"60 s\"\n",
+                 kErrors));
+  CampaignSource s;
+  s.name = "test.toml";
+  s.text =
+      "kind = \"two_point\"\n[parameters]\nlat = { sobol = [\"-80 deg\", \"80 deg\"] }\nscale = { "
+      "normal = [1.0, 0.02] }\n"
+      "course = { uniform = [\"0 deg\", \"360 deg\"] }\nlength = { log_uniform = [\"1 km\", \"90 "
+      "km\"] }\n";
+  add(read_campaign(s, "test"));
+  EXPECT_EQ(h, 0x0ecd47deaad26749u) << std::hex << h;
+}
+
 TEST(DriveTrial, RefusesSettingsThatCannotBe) {
   const auto refused = [](const std::string& settings, const std::string& words) {
     try {

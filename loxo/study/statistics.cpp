@@ -71,6 +71,25 @@ std::vector<double> ranks_of(const std::vector<double>& v) {
 
 }  // namespace
 
+// One more value into the central sums (Pebay, Sandia report 2008-6212, with a second set of one).
+void RunningMoments::add(double x) {
+  const double before = n;
+  n += 1;
+  const double d = x - mean, dn = d / n, dn2 = dn * dn, t = d * dn * before;
+  mean += dn;
+  m4 += t * dn2 * (n * n - 3 * n + 3) + 6 * dn2 * m2 - 4 * dn * m3;
+  m3 += t * dn * (n - 2) - 3 * dn * m2;
+  m2 += t;
+}
+
+Interval confidence_interval(const RunningMoments& r, StopRule::Statistic statistic,
+                             double confidence) {
+  if (r.n < 8) return {kNaN, kNaN, kNaN};
+  const Moments m{r.n, r.mean, r.m2 / r.n, r.m4 / r.n};
+  const double z = quantile_of_confidence(confidence);
+  return statistic == StopRule::Statistic::kMean ? mean_interval(m, z) : std_interval(m, z);
+}
+
 Interval confidence_interval(const std::vector<double>& values, StopRule::Statistic statistic,
                              double percentile, double confidence) {
   if (values.size() < 8) return {kNaN, kNaN, kNaN};

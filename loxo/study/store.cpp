@@ -472,11 +472,9 @@ std::vector<double> Store::column(const std::string& name, std::uint64_t stride)
   while (s.step()) v.push_back(s.number(0));
   return v;
 }
-std::vector<double> Store::health() const {
-  std::vector<double> v;
-  Statement s(impl_->db, "SELECT health FROM trials ORDER BY trial");
-  while (s.step()) v.push_back(s.number(0));
-  return v;
+std::uint64_t Store::bad_trials() const {
+  Statement s(impl_->db, "SELECT COUNT(*) FROM trials WHERE health != 0");
+  return s.step() ? static_cast<std::uint64_t>(sqlite3_column_int64(s.s, 0)) : 0;
 }
 std::vector<double> Store::row(std::uint64_t trial) const {
   Statement s(impl_->db, "SELECT " + impl_->names +

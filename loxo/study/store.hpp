@@ -108,7 +108,8 @@ class Store {
   std::uint64_t trials() const;
   // One column in trial order; every `stride`-th trial.
   std::vector<double> column(const std::string& name, std::uint64_t stride = 1) const;
-  std::vector<double> health() const;
+  // Trials with a health bit set.
+  std::uint64_t bad_trials() const;
   // Columns and health of a trial; throws Error(kInput) where it is not held.
   std::vector<double> row(std::uint64_t trial) const;
   Block block(std::uint64_t index) const;
