@@ -286,7 +286,7 @@ function drawMarks(c, marks) {
     ctx.stroke();
     ctx.setLineDash([]);
     if (m.label) {
-      if (m.horizontal) label(ctx, m.label, left + width - 4 * d, p - 3 * d, 'right', 'bottom');
+      if (m.horizontal) label(ctx, m.label, m.left ? left + 4 * d : left + width - 4 * d, p - 3 * d, m.left ? 'left' : 'right', 'bottom');
       else {
         const rightward = p < left + 0.75 * width;
         label(ctx, m.label, p + (rightward ? 4 : -4) * d, top + 4 * d, rightward ? 'left' : 'right', 'top');
@@ -383,6 +383,6 @@ export function cdf(fig) {
       x: numbers(s.x), y: numbers(s.p).map((p) => 100 * p),
     };
   });
-  const marks = [...(fig.marks || []), ...percentiles.map((p) => ({ at: p, horizontal: true, label: `${value(p)} %` }))];
+  const marks = [...(fig.marks || []), ...percentiles.map((p) => ({ at: p, horizontal: true, left: true, label: `${value(p)} %` }))];
   return build({ ...fig, marks, y: { label: 'share below', unit: '%', lo: 0, hi: 102 } }, rows, { half: true, height: 260 });
 }
