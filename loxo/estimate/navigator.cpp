@@ -498,7 +498,8 @@ void Navigator::use_tick(const OdometerTick& tick) {
     ScalarMeasurement m = accumulated_distance(s_, s_.scale * forward - tick_begin_speed_);
     const double q = config_.quantisation,
                  jitter = config_.stamp_jitter * (s_.scale * forward - tick_begin_speed_);
-    const double r = q * q / 6.0 + tick_noise_ + 1e-4 + jitter * jitter * 0.01;
+    const double r = q * q / 6.0 + tick_noise_ + config_.distance_std * config_.distance_std +
+                     jitter * jitter * 0.01;
     Weighed w;
     const double y = tick_sum_ - m.h;
     scalar(Sensor::kOdometer, m, tick_sum_, r, config_.gate, &w);

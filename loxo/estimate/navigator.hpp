@@ -40,6 +40,7 @@ struct NavigatorConfig {
   double quantisation = 0;                    // m, of a distance reading
   double scale_noise = 0;                     // white, of each distance reading
   double slip_noise = 0;                      // rad, white, of each distance reading
+  double distance_std = 0.01;                 // m, of a distance epoch beside what is declared
   double odometer_epoch = 1.0;                // s: distances are summed up to this
   bool unsigned_wheel = false;                // the sign of the reading is not that of the motion
   // Non-holonomic constraint [EST-13]
@@ -58,8 +59,9 @@ struct NavigatorConfig {
   double vertical_std = 0;  // > 0: height held to the start's with this sigma at 1 Hz (fixed, ship)
   Gate gate;
   double gap_rate = 0.03, gap_force = 0.7;  // rad/s, m/s^2: what may happen inside a gap (1.5)
-  double lock_time = 10.0;                  // s of motion until rejection must end
-  double product_epoch = 1.0;               // s between epochs on the tape
+  double lock_time = 30.0;     // s of motion until rejection must end: longer than a slip, shorter
+                               // than an INS's memory
+  double product_epoch = 1.0;  // s between epochs on the tape
 };
 
 // What the filter starts from; P on ECEF axes.
