@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loxo/study/filter_drive.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "loxo/estimate/smoother.hpp"
+#include "loxo/num/error.hpp"
+#include "loxo/num/units.hpp"
+#include "loxo/study/filter_start.hpp"
+
+namespace loxo {
+namespace {
+
+bool given(double x) { return x == x; }
+
+SolutionRow row_at(const Navigator& nav, double age, FrameId frame) {
+  if (age == 0) return nav.row(frame);
+  NominalState s = nav.state();
+  s.r = s.r - s.v * age;
+  s.t -= age;
+  return solution_row(nav.config().ellipsoid, s, nav.covariance(), frame, nav.health());
+}
+
+// The frame of a row, with hysteresis (polar.md 3.4).
+class FrameChoice {
+ public:
+  explicit FrameChoice(const FilterOptions& o) : auto_(o.auto_frame), frame_(o.frame) {}
+  void apply(SolutionRow& r) {
+    if (auto_) {
+      const FrameId before = frame_;
+      const double lat = std::fabs(r.lat);
+      if (frame_ != FrameId::kTransverse && lat > 80 * deg)
+        frame_ = FrameId::kTransverse;
+      else if (frame_ == FrameId::kTransverse && lat < 78 * deg)
+        frame_ = FrameId::kGeographic;
+      if (frame_ != before && started_) r.health |= kHealthSwitched;
+    }
+    started_ = true;
+    r.frame = frame_;
+  }
+
+ private:
+  bool auto_, started_ = false;
+  FrameId frame_;
+};
+
+void push_constants(FilterResult& out, const NominalState& s, const Covariance<kStates>& P,
+                    const NavigatorConfig& c, bool odometer) {
+  auto sd = [&](int i) { return std::sqrt(std::max(0.0, P.p[i][i])); };
+  out.constants.clear();
+  auto add = [&](const char* name, double v, int i, double unit) {
+    if (P.p[i][i] > 0) out.constants.push_back({name, v / unit, sd(i) / unit});
+  };
+  if (odometer) add("k", s.scale, kScale, 1.0);
+  if (odometer || c.use_nhc) {
+    add("eps_deg", s.eps_h, kEpsH, deg);
+    add("pitch_mounting_deg", s.eps_p, kEpsP, deg);
+    add("lever_right_m", s.lever.x, kLever, 1.0);
+    add("lever_forward_m", s.lever.y, kLever + 1, 1.0);
+    add("lever_up_m", s.lever.z, kLever + 2, 1.0);
+  }
+  if (odometer) add("delay_s", s.tau, kTau, 1.0);
+  const double b[3] = {s.bg.x, s.bg.y, s.bg.z}, a[3] = {s.ba.x, s.ba.y, s.ba.z};
+  const char* axis[3] = {"right", "forward", "up"};
+  for (int i = 0; i < 3; ++i)
+    add(fmt::format("gyro_bias_{}_deg_h", axis[i]).c_str(), b[i], kBg + i, deg_per_h);
+  for (int i = 0; i < 3; ++i)
+    add(fmt::format("accel_bias_{}_ug", axis[i]).c_str(), a[i], kBa + i, ug);
+  add("gyro_scale_up", s.sg.z, kSg + 2, 1.0);
+  out.k = s.scale;
+  out.k_std = sd(kScale);
+  out.eps_h = s.eps_h;
+  out.eps_h_std = sd(kEpsH);
+  out.k_eps_correlation =
+      out.k_std > 0 && out.eps_h_std > 0 ? P.p[kScale][kEpsH] / (out.k_std * out.eps_h_std) : 0.0;
+}
+
+}  // namespace
+
+FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowSink& sink,
+                          Diagnostics& d) {
+  if (!drive.imu.present)
+    throw Error(ErrorKind::kInput,
+                "the filter needs [imu]; a drive with [track] or [attitude] is for --mode reckon",
+                drive.path);
+  DriveMeasurements m = read_measurements(drive, o, d);
+  FilterResult out;
+  auto reader = std::make_unique<ImuReader>(drive, d);
+  ImuIncrement<double> sample;
+  if (!reader->next(sample))
+    throw Error(ErrorKind::kInput, "no IMU sample could be read", drive.imu.file);
+  const double dt0 = reader->interval(), first_t = sample.t - sample.dt;
+  const bool is_speed = !m.ticks.empty() && m.ticks.front().is_speed;
+  NavigatorConfig config = settings_of(drive, o, dt0, m.tick_interval, is_speed, out.meta);
+  if (m.ticks.empty()) config.use_odometer = false;
+  config.unsigned_wheel = m.unsigned_wheel;
+  config.fix_gate = !m.sparse_fixes && o.fix_every < 60.0;
+  out.has_odometer = config.use_odometer;
+  {
+    // Receivers' own sigmas are optimistic in streets: at least 3 m, unless they claim a
+    // carrier-phase solution.
+    std::vector<double> sds;
+    for (const Fix& f : m.fixes) sds.push_back(f.std_e);
+    const double typical = median(sds);
+    config.fix_std_min = given(drive.fix_std)              ? drive.fix_std
+                         : given(typical) && typical > 0.3 ? 3.0
+                                                           : 0.0;
+  }
+  coarse_check(drive, m, o, first_t, config, out.meta, d);
+  FilterStart begin = filter_start(drive, o, config, m, first_t, d);
+  if (begin.rest.samples > 0) {
+    config.standstill.sigma_w = std::max(begin.rest.sigma_w, 1e-6);
+    config.standstill.sigma_f = std::max(begin.rest.sigma_f, 1e-5);
+    config.zaru_sway[0] = begin.rest.sway[0];
+    config.zaru_sway[1] = begin.rest.sway[1];
+  } else {
+    config.zaru_sway[0] = config.zaru_sway[1] = 0.02 * deg;  // an idling engine's
+  }
+  out.alignment = begin.report;
+  std::unique_ptr<SmootherTape> tape;
+  Navigator nav(config);
+  if (o.smooth) {
+    tape = std::make_unique<SmootherTape>();
+    nav.set_tape(tape.get());
+  }
+  nav.start(begin.start);
+  const double t_start = begin.start.state.t;
+  FrameChoice frame(o);
+  auto emit = [&](SolutionRow r) {
+    frame.apply(r);
+    ++out.rows;
+    sink(r);
+  };
+  if (!o.smooth) emit(nav.row(o.frame));
+
+  std::size_t i_tick = 0, i_fix = 0, i_mark = 0, i_head = 0, i_height = 0, i_vel = 0;
+  // Ticks and fixes of the time before the start are not the filter's.
+  while (i_fix < m.fixes.size() && m.fixes[i_fix].t <= t_start) ++i_fix;
+  while (i_mark < m.benchmarks.size() && m.benchmarks[i_mark].t <= t_start) ++i_mark;
+  while (i_tick < m.ticks.size() && m.ticks[i_tick].t <= t_start) ++i_tick;
+  while (i_head < m.headings.size() && m.headings[i_head].t <= t_start) ++i_head;
+  while (i_height < m.heights.size() && m.heights[i_height].t <= t_start) ++i_height;
+  while (i_vel < m.velocities.size() && m.velocities[i_vel].t <= t_start) ++i_vel;
+  const double ahead = 3.0;
+  double next_row = o.output_period > 0
+                        ? (std::floor(t_start / o.output_period + 1e-6) + 1) * o.output_period
+                        : 0;
+  double next_history = t_start, next_progress = t_start, last_good = kNone;
+  std::uint32_t carried = 0;
+  std::string trusted, why;
+  double segment_begin = t_start, last_fix_used = -1e300;
+  long fixes_seen = 0;
+  double travelled = 0;
+  bool more = true;
+  for (; more && sample.t <= o.until; more = reader->next(sample)) {
+    if (!(sample.t > nav.t() + 1e-9)) continue;
+    if (sample.t - sample.dt < nav.t() - 1e-9 && sample.t - nav.t() < sample.dt) {
+      // The start lies inside this sample.
+      const double part = (sample.t - nav.t()) / sample.dt;
+      if (part < 1e-3) continue;
+      sample.dtheta = sample.dtheta * part;
+      sample.dv = sample.dv * part;
+      sample.dt = sample.t - nav.t();
+    }
+    for (; i_tick < m.ticks.size() && m.ticks[i_tick].t <= sample.t + ahead; ++i_tick)
+      nav.odometer(m.ticks[i_tick]);
+    for (; i_fix < m.fixes.size() && m.fixes[i_fix].t <= sample.t; ++i_fix) nav.fix(m.fixes[i_fix]);
+    for (; i_mark < m.benchmarks.size() && m.benchmarks[i_mark].t <= sample.t; ++i_mark)
+      nav.benchmark(m.benchmarks[i_mark]);
+    for (; i_head < m.headings.size() && m.headings[i_head].t <= sample.t; ++i_head)
+      nav.heading(m.headings[i_head]);
+    for (; i_height < m.heights.size() && m.heights[i_height].t <= sample.t; ++i_height)
+      nav.height(m.heights[i_height]);
+    for (; i_vel < m.velocities.size() && m.velocities[i_vel].t <= sample.t; ++i_vel)
+      nav.velocity(m.velocities[i_vel]);
+    const double before = nav.t();
+    nav.imu(sample);
+    ++out.imu_samples;
+    carried |= nav.health();
+    travelled += norm(nav.state().v) * (nav.t() - before);
+    if (nav.diverged()) {
+      out.diverged = true;
+      out.diverged_t = nav.t();
+      break;
+    }
+    last_good = nav.t();
+    const InnovationCount& fc = nav.innovations(Sensor::kFix);
+    if (fc.used + fc.deweighted > fixes_seen) {
+      fixes_seen = fc.used + fc.deweighted;
+      last_fix_used = nav.t();
+    }
+    if (o.output_period > 0) {
+      while (next_row <= nav.t() + 1e-9) {
+        if (!o.smooth) {
+          SolutionRow r = row_at(nav, nav.t() - next_row, o.frame);
+          r.t = next_row;
+          r.health |= carried;
+          emit(r);
+        }
+        carried = 0;
+        next_row += o.output_period;
+      }
+    } else if (!o.smooth) {
+      emit(nav.row(o.frame));
+    }
+    if (nav.t() >= next_history) {
+      const NominalState& s = nav.state();
+      const auto& P = nav.covariance();
+      auto sd = [&](int i) { return std::sqrt(std::max(0.0, P.p[i][i])); };
+      out.history.push_back({nav.t(), s.scale, sd(kScale), s.eps_h, sd(kEpsH), s.eps_p, sd(kEpsP),
+                             s.tau, s.bg.z, sd(kBg + 2)});
+      next_history += 10.0;
+      std::string now, reason;
+      if (nav.standing() == Standing::kStanding)
+        now = "standing", reason = "IMU, wheel and filter agree";
+      else if (nav.t() - last_fix_used < 10.0)
+        now = "fixes", reason = "position fixes accepted";
+      else if (nav.standing() == Standing::kDeadEncoder)
+        now = "ins", reason = "the wheel is silent while the IMU moves";
+      else if (nav.health() & kHealthSlip)
+        now = "ins", reason = "wheel readings outside the gate";
+      else if (config.use_odometer)
+        now = "odometer", reason = "no fix; wheel and IMU agree";
+      else
+        now = config.use_nhc ? "constraint" : "ins", reason = "no wheel, no fix";
+      if (now != trusted) {
+        if (!trusted.empty()) out.segments.push_back({segment_begin, nav.t(), trusted, why});
+        trusted = now, why = reason, segment_begin = nav.t();
+      }
+    }
+    if (o.progress && nav.t() >= next_progress) {
+      o.progress(nav.t());
+      next_progress += 5.0;
+    }
+  }
+  if (!trusted.empty()) out.segments.push_back({segment_begin, nav.t(), trusted, why});
+  (void)last_good;
+  out.duration = nav.t() - t_start;
+  out.diverged = out.diverged || (nav.health() & kHealthDiverged) != 0;
+  if (out.diverged && !given(out.diverged_t)) out.diverged_t = nav.t();
+  for (int i = 0; i < static_cast<int>(Sensor::kCount); ++i) {
+    const auto s = static_cast<Sensor>(i);
+    const InnovationCount& c = nav.innovations(s);
+    if (c.used + c.deweighted + c.rejected > 0) out.sensors.push_back({sensor_name(s), c});
+  }
+  out.events = nav.events();
+  push_constants(out, nav.state(), nav.covariance(), config, config.use_odometer);
+
+  // What was found on the way.
+  const Navigator::Events& e = out.events;
+  if (travelled < 10.0)
+    d.warn("no_motion", drive.path,
+           fmt::format("the drive moves {:.1f} m in all: constants of the odometer and the "
+                       "mounting cannot be observed",
+                       travelled));
+  if (e.gaps > 0)
+    d.warn(
+        "gap", "imu",
+        fmt::format(
+            "{} gaps bridged, {} of them above 2 s (stated sigmas not to be trusted after these)",
+            e.gaps, e.long_gaps));
+  if (e.dead_encoder > 0)
+    d.warn("dead_encoder", "odometer",
+           fmt::format("the wheel stood still for {:.0f} s while the IMU moved, first at t = "
+                       "{:.1f} s; not read as parked",
+                       e.dead_encoder, e.first_dead));
+  if (e.slip + e.skid > 0)
+    d.warn("slip", "odometer",
+           fmt::format("{:.0f} readings too fast (slip) and {:.0f} too slow (skid) left out, first "
+                       "at t = {:.1f} s",
+                       e.slip, e.skid, e.first_slip));
+  if (e.wrong_stamps > 0)
+    d.warn("wrong_stamp", "fix",
+           fmt::format(
+               "{} fixes fit only with another stamp (up to 5 s), first at t = {:.1f} s; not used",
+               e.wrong_stamps, e.first_wrong_stamp));
+  if (e.outlier_fixes > 0)
+    d.warn("outlier", "fix", fmt::format("{} fixes outside the gate", e.outlier_fixes));
+  if (e.far_benchmarks > 0)
+    d.bad("far_benchmark", "benchmark",
+          fmt::format("{} benchmarks lie far from the track (up to {:.1f} m, beyond five sigma), "
+                      "first at t = {:.1f} s; used with reduced weight",
+                      e.far_benchmarks, e.far_metres, e.first_far));
+  if (e.signs_turned > 0)
+    d.note("unsigned_wheel", "odometer",
+           fmt::format("{} readings taken as reversing: the wheel has no sign", e.signs_turned));
+  if (e.lock_recoveries > 0)
+    d.warn("lock_out", "odometer",
+           fmt::format("the odometer was rejected for longer than {:.0f} s of motion; the filter "
+                       "opened itself {} times",
+                       config.lock_time, e.lock_recoveries));
+  if (config.use_odometer && travelled > 100 &&
+      (out.k < 0.5 * config.scale || out.k > 2.0 * config.scale || out.k <= 0))
+    d.bad("odometer_scale", "odometer",
+          fmt::format("scale k = {:.3f} is far from the {:.3f} it started from: unit or metres per "
+                      "pulse wrong?",
+                      out.k, config.scale));
+  if (o.smooth) {
+    // Newest first: spooled, then given out forward. History and constants become the smoothed
+    // ones.
+    struct Close {
+      void operator()(std::FILE* f) const { std::fclose(f); }
+    };
+    std::unique_ptr<std::FILE, Close> spool(std::tmpfile());
+    if (!spool) throw Error(ErrorKind::kWork, "no temporary file for the smoothed rows");
+    long n = 0;
+    std::vector<ConstantsRow> history;
+    double next_back = 1e300;
+    bool first = true;
+    tape->smooth([&](const NominalState& s, const Covariance<kStates>& P, std::uint32_t health) {
+      const SolutionRow r = solution_row(drive.ellipsoid, s, P, o.frame, health);
+      if (std::fwrite(&r, sizeof r, 1, spool.get()) != 1)
+        throw Error(ErrorKind::kWork,
+                    "the temporary file of smoothed rows cannot be written: disk full?");
+      ++n;
+      if (first) push_constants(out, s, P, config, config.use_odometer);
+      first = false;
+      if (s.t <= next_back) {
+        auto sd = [&](int i) { return std::sqrt(std::max(0.0, P.p[i][i])); };
+        history.push_back({s.t, s.scale, sd(kScale), s.eps_h, sd(kEpsH), s.eps_p, sd(kEpsP), s.tau,
+                           s.bg.z, sd(kBg + 2)});
+        next_back = s.t - 10.0;
+      }
+    });
+    std::reverse(history.begin(), history.end());
+    out.history = std::move(history);
+    constexpr long kBlock = 4096;
+    std::vector<SolutionRow> block(kBlock);
+    for (long end = n; end > 0;) {
+      const long from = std::max(0L, end - kBlock), count = end - from;
+      std::fseek(spool.get(), from * static_cast<long>(sizeof(SolutionRow)), SEEK_SET);
+      if (std::fread(block.data(), sizeof(SolutionRow), static_cast<std::size_t>(count),
+                     spool.get()) != static_cast<std::size_t>(count))
+        throw Error(ErrorKind::kWork, "the temporary file of smoothed rows cannot be read back");
+      for (long i = count - 1; i >= 0; --i) emit(block[static_cast<std::size_t>(i)]);
+      end = from;
+    }
+  }
+  return out;
+}
+
+}  // namespace loxo

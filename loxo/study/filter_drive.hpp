@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recorded drive through the joint filter and the smoother. Settings follow by rule from what the
+// drive declares of its own sensors; nothing is searched, the reference is never read.
+#pragma once
+#include <array>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "loxo/estimate/navigator.hpp"
+#include "loxo/estimate/segmented.hpp"
+#include "loxo/log/drive.hpp"
+
+namespace loxo {
+
+struct FilterOptions {
+  bool smooth = false;
+  bool auto_frame = true;  // geographic below 80 deg, transverse above (back at 78 deg)
+  FrameId frame = FrameId::kGeographic;
+  std::string vertical;  // "", free, fixed, ship, external
+  // Witnesses by name: odometer, nhc, zupt, zaru, fixes, benchmarks, headings, heights, velocity.
+  std::vector<std::string> without, only;
+  double fixes_until = std::numeric_limits<double>::infinity();  // s: fixes after it are not used
+  double fix_every =
+      0;  // s: after fixes_until (or always) at most one fix per this time, position only
+  std::vector<std::pair<double, double>>
+      outages;                 // start, length, s: no fix, height or heading inside
+  double output_period = 0.1;  // s; 0: every sample
+  double until = std::numeric_limits<double>::infinity();  // s: stop there
+  bool force = false;
+  // From a certificate: k, eps and their sigmas.
+  bool calibrated = false;
+  double k = 1, k_std = 0, eps = 0, eps_std = 0;
+  // Start states that a caller has prepared (sweeps): heading error put on top, rad.
+  double progress_every = 0;
+  std::function<void(double)> progress;
+};
+
+// A constant with its band.
+struct Estimated {
+  std::string name;  // snake_case with the unit as suffix
+  double value = 0, std = 0;
+};
+struct SensorReport {
+  std::string name;
+  InnovationCount count;
+};
+struct AlignmentReport {
+  std::string method;                   // static, attitude, state, two_step, gyrocompass
+  double heading = 0, heading_std = 0;  // rad
+  double std_gyro = 0, std_noise = 0, std_sway = 0;  // what the sigma is made of, rad
+  double duration = 0;                               // s used
+  std::string note;
+};
+// A row of the constants over time (one per 10 s), for the report.
+struct ConstantsRow {
+  double t = 0, k = 0, k_std = 0, eps_h = 0, eps_h_std = 0, eps_p = 0, eps_p_std = 0, tau = 0,
+         bg_up = 0, bg_up_std = 0;
+};
+// Which source held the solution over a stretch, and why.
+struct SegmentRow {
+  double begin = 0, end = 0;
+  std::string trusted, why;
+};
+
+struct FilterResult {
+  std::map<std::string, std::string> meta;
+  AlignmentReport alignment;
+  std::vector<Estimated> constants;
+  std::vector<SensorReport> sensors;
+  std::vector<ConstantsRow> history;
+  std::vector<SegmentRow> segments;
+  Navigator::Events events;
+  long imu_samples = 0, rows = 0;
+  double duration = 0;
+  bool diverged = false;
+  double diverged_t = kNone;
+  // Covariance of (k, eps_h) at the end, for calibrate's method `online`.
+  double k = 1, k_std = 0, eps_h = 0, eps_h_std = 0, k_eps_correlation = 0;
+  bool has_odometer = false;
+};
+
+// The settings that a drive's own description leads to; interval: of the IMU, s. Told to `meta`.
+NavigatorConfig settings_of(const Drive& drive, const FilterOptions& options, double imu_interval,
+                            double odometer_interval, bool odometer_is_speed,
+                            std::map<std::string, std::string>& meta);
+
+using RowSink = std::function<void(const SolutionRow&)>;
+// Throws Error(kInput) for bad measurements, Error(kWork) where no start is possible. A filter that
+// diverges is told in the result, its rows up to there are given out.
+FilterResult filter_drive(const Drive& drive, const FilterOptions& options, const RowSink& sink,
+                          Diagnostics& diagnostics);
+
+// The segmented method (vehicle.md 6-7): the weighted solution once a second, its phases and the
+// joint filter beside it.
+struct SegmentedResult {
+  std::map<std::string, std::string> meta;
+  AlignmentReport alignment;
+  std::vector<SegmentedEpoch> history;  // every 10 s, and the switch
+  SegmentedEpoch last;
+  double k = 1, eps = 0, switch_t = kNone;
+  bool forced = false;
+  long rows = 0;
+};
+SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& options,
+                                const RowSink& sink, Diagnostics& diagnostics);
+
+}  // namespace loxo
