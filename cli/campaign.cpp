@@ -399,6 +399,7 @@ Json result_of(const CampaignOptions& o, const Store& store, bool running,
     std::vector<double> size(v.size());
     std::transform(v.begin(), v.end(), size.begin(), [](double x) { return std::fabs(x); });
     std::vector<Influence> all;
+    all.reserve(varied.size());
     // The size of an error: its sign says nothing about what matters.
     for (const auto& [name, x] : varied) all.push_back(influence(name, x, size));
     std::sort(all.begin(), all.end(),

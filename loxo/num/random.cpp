@@ -9,7 +9,6 @@
 namespace loxo {
 namespace {
 
-using kernels::kMagic;
 constexpr int kRounds = 13;
 constexpr std::uint64_t kParity = 0x1bd11bdaa9fc1a22;
 

@@ -97,6 +97,7 @@ std::string exact(double x) {
 StopRule read_stop(const TomlTable& table, const std::vector<MetricInfo>& metrics) {
   StopRule rule;
   std::vector<std::string> names;
+  names.reserve(metrics.size());
   for (const auto& m : metrics) names.push_back(m.name);
   rule.metric = table.need_string("metric");
   if (std::find(names.begin(), names.end(), rule.metric) == names.end())
@@ -173,6 +174,7 @@ Campaign read_campaign(const CampaignSource& source, const std::string& version)
 
   const auto& infos = c.kind->parameters();
   std::vector<std::string> names;
+  names.reserve(infos.size());
   for (const auto& p : infos) names.push_back(p.name);
   const TomlTable parameters = table.get_table("parameters").value_or(nothing);
   for (const auto& key : parameters.keys())

@@ -237,7 +237,7 @@ std::unique_ptr<TrialKind> make(const EarthModel& earth, std::shared_ptr<const D
           {std::string(which) + "_m_at_" + (k < 10 ? "0" : "") + std::to_string(10 * k),
            std::string(which) + " error after " + std::to_string(10 * k) + " % of the time"});
   return std::make_unique<KernelTrial<DriveKernel<Mech>>>(
-      DriveKernel<Mech>{earth, std::move(truth)}, std::move(p), std::move(m), canonical, 8);
+      DriveKernel<Mech>{earth, std::move(truth)}, p, m, canonical, 8);
 }
 
 }  // namespace

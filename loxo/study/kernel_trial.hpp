@@ -14,12 +14,12 @@ namespace loxo {
 template <class Kernel>
 class KernelTrial : public TrialKind {
  public:
-  KernelTrial(Kernel kernel, std::vector<ParameterInfo> parameters, std::vector<MetricInfo> metrics,
-              std::string settings, int grain)
+  KernelTrial(Kernel kernel, const std::vector<ParameterInfo>& parameters,
+              const std::vector<MetricInfo>& metrics, const std::string& settings, int grain)
       : kernel_(std::move(kernel)), grain_(grain) {
-    parameters_ = std::move(parameters);
-    metrics_ = std::move(metrics);
-    settings_ = std::move(settings);
+    parameters_ = parameters;
+    metrics_ = metrics;
+    settings_ = settings;
   }
   void alone(const double* p, std::uint64_t seed, std::uint64_t trial, double* m) const override {
     kernel_.template run<double>(p, seed, trial, m);

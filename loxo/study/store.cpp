@@ -414,7 +414,8 @@ void write_store(const std::string& store, const StoreIdentity& identity, std::u
       const Block b = rows(first / identity.block);
       for (std::uint64_t i = 0; i < b.rows.size() / width && first + i < count; ++i) {
         const double* row = &b.rows[i * width];
-        sqlite3_bind_int64(insert.s, 1, static_cast<long long>(first + i));
+        const std::uint64_t trial = first + i;
+        sqlite3_bind_int64(insert.s, 1, static_cast<sqlite3_int64>(trial));
         sqlite3_bind_int64(insert.s, 2, static_cast<long long>(identity.seed));
         sqlite3_bind_int64(insert.s, 3, static_cast<long long>(row[width - 1]));
         for (std::size_t j = 0; j + 1 < width; ++j)

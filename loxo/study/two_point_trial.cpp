@@ -93,7 +93,7 @@ std::unique_ptr<TrialKind> make_two_point_trial(const TomlTable& settings) {
        1.0},
   };
   return std::make_unique<KernelTrial<TwoPointKernel>>(
-      kernel, std::move(p),
+      kernel, p,
       std::vector<MetricInfo>{{"ln_k_error", "ln(estimated / true scale)"},
                               {"eps_error_rad", "estimated - true mounting angle"},
                               {"ln_k_std", "its sigma by (V-44)"},
