@@ -2,6 +2,7 @@
 // A Log on disk: a folder with drive.toml and data files (or one .h5 file). The description is read whole; the
 // samples are streamed by the readers below, converted to SI, body axes right-forward-up, at the door.
 #pragma once
+#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -10,6 +11,7 @@
 
 #include "loxo/earth/ellipsoid.hpp"
 #include "loxo/ins/samples.hpp"
+#include "loxo/ins/solution.hpp"
 #include "loxo/text/diagnostics.hpp"
 #include "loxo/text/toml.hpp"
 
@@ -23,6 +25,10 @@ struct ChannelFile {
   std::map<std::string, std::vector<std::string>> columns;  // key of the section -> column names
   std::map<std::string, std::string> units;    // key -> unit text, where given
   double delay = 0;                            // s: the value at a stamp is what happened this much earlier
+  double rate = kNone;                         // Hz: rows without a time column, the first at t = 0
+  std::string table;                           // which table of a file that holds several (h5 group, mat variable)
+  double origin_lat = kNone, origin_lon = kNone, origin_h = 0;  // rad, m: of east, north (up) columns
+  std::string where;                           // the section's place, for messages
 };
 
 // Declared 1-sigma errors of the sensors; kNone where not declared. SI. Shared names with errors/sensor_errors.
@@ -65,6 +71,7 @@ struct Drive {
   std::string path;      // as given by the user
   std::string folder;    // where relative files are looked for
   std::string toml;      // the text of drive.toml (for copying by transfer and convert)
+  std::string toml_path; // where it stands ("drive.h5:drive.toml" of a .h5 drive)
   std::string name;
   Ellipsoid ellipsoid;
 
@@ -78,6 +85,7 @@ struct Drive {
   ChannelFile odometer;
   std::string odometer_kind = "pulses";  // pulses | counter | distance | speed
   double odometer_scale = 1.0;           // m/pulse, or 1 for distance and speed
+  double odometer_wrap = kNone;          // counts at which a counter starts again at 0
   double odometer_lever[3]{};            // m, RFU
   bool odometer_lever_given = false;
   double odometer_mounting_heading = 0, odometer_mounting_pitch = 0;  // rad
@@ -99,6 +107,8 @@ struct Drive {
   double fix_lever[3]{};
   double fix_std = kNone, fix_velocity_std = kNone;  // where no std columns: errors = { position = "3 m", velocity = "0.1 m/s" }
   ChannelFile velocity;
+  std::string velocity_axes = "RFU";     // of columns.velocity
+  double velocity_std = kNone;           // errors = { velocity = "0.02 m/s" }
   ChannelFile heading;
   double heading_std = kNone;
   ChannelFile height;
@@ -112,9 +122,18 @@ struct Drive {
 // PATH: a folder with drive.toml, a .toml file, or a .h5 drive. `sets`: --set key=value, applied before checking.
 Drive read_drive(const std::string& path, const std::vector<std::string>& sets = {});
 
+// "data:set/file.csv" and "$LOXO_DATA/set/file.csv" stand for $LOXO_DATA/set/file.csv or, without that variable, for
+// the first data/ or shared/data/ folder that has it on the way up from `folder`; other paths are relative to `folder`.
+std::string resolve_path(const std::string& file, const std::string& folder);
+// C (row-major, signed permutation, determinant +1) with x_RFU = C x_axes, for "FRD", "FLU", "RBD" … (R L F B U D;
+// E W N S for R L F B). Throws Error(kInput) for what is no right-handed triple.
+std::array<double, 9> axes_to_rfu(const std::string& axes, const std::string& where);
+
 // IMU samples in time order as increments over (previous stamp, this stamp], RFU, SI. Rates are turned into
-// increments with the stamp's meaning. Bad rows, gaps (> 1.5 and > 3 intervals), time going back, duplicates,
-// saturation, wrong units or axes (norm of specific force, Earth rate) are told to the diagnostics.
+// increments with the stamp's meaning. Bad rows, gaps, time going back, duplicates, saturation, wrong units or axes
+// (norm of specific force, Earth rate) are told to the diagnostics. A gap of up to 3 intervals is bridged with the
+// mean of its neighbours (dt is then the whole gap); after a longer one dt is one interval, so that t - dt lies after
+// the last sample's t: the hole can be seen.
 class ImuReader {
  public:
   ImuReader(const Drive& drive, Diagnostics& diagnostics);
@@ -137,5 +156,7 @@ std::vector<Fix> read_fixes(const Drive& drive, Diagnostics& diagnostics);
 std::vector<HeadingSample> read_headings(const Drive& drive, Diagnostics& diagnostics);
 std::vector<HeightSample> read_heights(const Drive& drive, Diagnostics& diagnostics);
 std::vector<VelocitySample> read_velocities(const Drive& drive, Diagnostics& diagnostics);
+// [reference] with its columns and origin. Throws Error(kInput) where the drive has none.
+Solution read_reference(const Drive& drive, Diagnostics& diagnostics);
 
 }  // namespace loxo

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// One section of sensors as numbers in SI: the columns that the drive names, found in the file, with the factor of
+// their unit. Used by the readers of this room.
+#pragma once
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "loxo/log/drive.hpp"
+#include "loxo/log/table.hpp"
+#include "loxo/text/quantity.hpp"
+
+namespace loxo {
+
+// A key of `columns`: how many columns it names and what they measure.
+struct ChannelKey {
+  std::string name;
+  std::size_t count = 1;
+  Dimension dimension = Dimension::kNone;
+  bool required = false;
+};
+// The keys that a section takes; some depend on its kind.
+std::vector<ChannelKey> section_keys(const Drive& drive, const std::string& section);
+const ChannelFile& section_file(const Drive& drive, const std::string& section);
+
+class Channel {
+ public:
+  // Opens the file, finds the columns, resolves the units. Throws Error(kInput). Columns that no section maps are noted.
+  Channel(const Drive& drive, const std::string& section, Diagnostics& diagnostics);
+  // The next row whose stamp is a number; false at the end.
+  bool next(Diagnostics& diagnostics);
+  bool has(std::string_view key) const;
+  // Place of a key's first value in values(); of a key that is not mapped, npos.
+  std::size_t at(std::string_view key) const;
+  static constexpr std::size_t npos = static_cast<std::size_t>(-1);
+  // SI values of the row, in the order of the keys. value() of an unmapped key is `otherwise`.
+  const std::vector<double>& values() const { return values_; }
+  double value(std::size_t place, double otherwise = kNone) const { return place == npos ? otherwise : values_[place]; }
+  // Stamp with the section's delay taken out.
+  double t() const { return t_; }
+  std::size_t rows() const { return table_->rows(); }
+  std::string where() const { return table_->where(); }
+  const Table& table() const { return *table_; }
+  // What the format fixes, or what the drive says.
+  const TableConvention& convention() const { return table_->convention(); }
+
+ private:
+  struct Place {
+    std::string name;
+    std::size_t at;
+  };
+  std::unique_ptr<Table> table_;
+  std::vector<Place> places_;
+  std::vector<double> values_, factors_;
+  std::size_t time_ = npos;
+  double delay_ = 0, rate_ = kNone, t_ = 0;
+};
+
+// Order of stamps: duplicates, time going back and gaps are told. Feed stamps in file order.
+class StampCheck {
+ public:
+  StampCheck(std::string section, Diagnostics& diagnostics) : section_(std::move(section)), diagnostics_(&diagnostics) {}
+  enum class Verdict { kForward, kDuplicate, kBack };
+  Verdict check(double t, const std::string& where);
+
+ private:
+  std::string section_;
+  Diagnostics* diagnostics_;
+  bool started_ = false;
+  double last_ = 0, first_ = 0;
+  std::size_t steps_ = 0;
+  double typical_ = 0;  // running median of the step
+};
+
+}  // namespace loxo

@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: Apache-2.0
+// The samples of a drive: SI, body axes right-forward-up, stamps less the section's delay.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "loxo/earth/attitude.hpp"
+#include "loxo/earth/geodetic.hpp"
+#include "loxo/log/channel.hpp"
+#include "loxo/log/drive.hpp"
+#include "loxo/log/solution_file.hpp"
+#include "loxo/num/error.hpp"
+#include "loxo/num/units.hpp"
+
+namespace loxo {
+namespace {
+
+std::string number(double x) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6g", x);
+  return text;
+}
+bool given(double x) { return x == x; }
+
+// Rows of a small channel in time order; a row whose stamp is not after the last is told and
+// skipped.
+template <class F>
+void each_row(const Drive& drive, const std::string& section, Diagnostics& d, F use) {
+  Channel c(drive, section, d);
+  StampCheck stamps(section, d);
+  while (c.next(d))
+    if (stamps.check(c.t(), c.where()) == StampCheck::Verdict::kForward) use(c);
+}
+
+}  // namespace
+
+struct ImuReader::Impl {
+  Impl(const Drive& drive, Diagnostics& diagnostics)
+      : d(&diagnostics),
+        channel(drive, "imu", diagnostics),
+        stamps("imu", diagnostics),
+        rate(drive.imu_kind == "rate"),
+        stamp(drive.imu_stamp),
+        axes(axes_to_rfu(drive.imu_axes, drive.imu.where + ".axes")),
+        gyro_range(drive.imu_gyro_range),
+        accel_range(drive.imu_accel_range),
+        start_t(drive.start.t) {
+    gyro = channel.at("gyro");
+    accel = channel.at("accel");
+    where = drive.imu.where;
+    // The head of the log: nominal interval, and a look at units and axes.
+    while (head.size() < 1001 && read_row()) head.push_back(row);
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < head.size(); ++i) steps.push_back(head[i].t - head[i - 1].t);
+    if (!steps.empty()) {
+      std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2),
+                       steps.end());
+      interval = steps[steps.size() / 2];
+    }
+    if (interval > 0) look();
+  }
+
+  struct Row {
+    double t = 0;
+    Vec<Body> w, f;
+  };
+
+  bool read_row() {
+    while (channel.next(*d)) {
+      const auto& v = channel.values();
+      auto turned = [&](std::size_t at) {
+        const double x = v[at], y = v[at + 1], z = v[at + 2];
+        return Vec<Body>{axes[0] * x + axes[1] * y + axes[2] * z,
+                         axes[3] * x + axes[4] * y + axes[5] * z,
+                         axes[6] * x + axes[7] * y + axes[8] * z};
+      };
+      row.t = channel.t();
+      row.w = turned(gyro);
+      row.f = turned(accel);
+      if (!std::isfinite(dot(row.w, row.w) + dot(row.f, row.f))) {
+        d->bad("bad_row", channel.where(), "[imu] expected six numbers, found nan; row skipped");
+        continue;
+      }
+      if (stamps.check(row.t, channel.where()) != StampCheck::Verdict::kForward) continue;
+      auto beyond = [](const Vec<Body>& a, double limit) {
+        return given(limit) &&
+               (std::fabs(a.x) >= limit || std::fabs(a.y) >= limit || std::fabs(a.z) >= limit);
+      };
+      if (rate && (beyond(row.w, gyro_range) || beyond(row.f, accel_range)))
+        d->warn("saturated", channel.where(), "[imu] a value at the sensor's declared limit");
+      return true;
+    }
+    return false;
+  }
+
+  // Norm of specific force and of rate over the first rows: the likely unit or axis is named.
+  void look() {
+    const double scale = rate ? 1.0 : 1.0 / interval;
+    double f = 0, w = 0, up = 0;
+    for (const Row& r : head) f += norm(r.f), w += norm(r.w), up += r.f.z;
+    const auto n = static_cast<double>(head.size());
+    f *= scale / n, w *= scale / n, up *= scale / n;
+    if (std::fabs(f - 1.0) < 0.15) {
+      d->bad("imu_units", where + ".units.accel",
+             "specific force has a norm of " + number(f) + ": is it in g, not m/s^2?");
+    } else if (f < 7 || f > 13) {
+      d->bad(
+          "imu_units", where + ".units.accel",
+          "specific force has a mean norm of " + number(f) + " m/s^2 where about 9.8 was expected");
+    } else if (up < -0.7 * f) {
+      d->bad("imu_axes", where + ".axes",
+             "specific force points down on the up axis (" + number(up) +
+                 " m/s^2): a z axis that looks down (FRD?) or gravity with the other sign");
+    } else if (up < 0.5 * f) {
+      d->warn("imu_axes", where + ".axes",
+              "the up axis shows " + number(up) + " of " + number(f) +
+                  " m/s^2: is the declared axis triple right?");
+    }
+    if (w > 2.0)
+      d->bad("imu_units", where + ".units.gyro",
+             "rates have a mean norm of " + number(w) + " rad/s: are they in deg/s?");
+  }
+
+  bool next(ImuIncrement<double>& s) {
+    Row now;
+    if (at < head.size()) {
+      now = head[at++];
+    } else {
+      if (!read_row()) return false;
+      now = row;
+    }
+    double dt = have_last ? now.t - last.t : interval;
+    if (!have_last && !rate) {
+      // Increments are over (previous stamp, this stamp]; the first starts at the start state's
+      // time.
+      if (given(start_t) && start_t < now.t && now.t - start_t < 3 * interval) dt = now.t - start_t;
+    }
+    const bool gap = have_last && dt > 3.001 * interval;
+    s.t = now.t;
+    if (rate) {
+      Vec<Body> w = now.w, f = now.f;
+      if (stamp == "instant" && have_last && !gap) {
+        w = 0.5 * (last.w + now.w);
+        f = 0.5 * (last.f + now.f);
+      } else if (have_last && !gap && dt > 1.5 * interval) {
+        // A lost sample or two: the mean of the neighbours.
+        w = 0.5 * (last.w + now.w);
+        f = 0.5 * (last.f + now.f);
+      }
+      s.dt = gap ? interval : dt;
+      if (stamp == "middle" && !gap) s.t = now.t + 0.5 * interval;
+      s.dtheta = w * s.dt;
+      s.dv = f * s.dt;
+    } else {
+      s.dt = gap ? interval : dt;
+      s.dtheta = now.w;
+      s.dv = now.f;
+    }
+    last = now;
+    have_last = true;
+    return true;
+  }
+
+  Diagnostics* d;
+  Channel channel;
+  StampCheck stamps;
+  bool rate;
+  std::string stamp, where;
+  std::array<double, 9> axes;
+  double gyro_range, accel_range, start_t;
+  std::size_t gyro = 0, accel = 0;
+  double interval = 0;
+  std::vector<Row> head;
+  std::size_t at = 0;
+  Row row, last;
+  bool have_last = false;
+};
+
+ImuReader::ImuReader(const Drive& drive, Diagnostics& diagnostics)
+    : impl_(std::make_unique<Impl>(drive, diagnostics)) {}
+ImuReader::~ImuReader() = default;
+bool ImuReader::next(ImuIncrement<double>& sample) { return impl_->next(sample); }
+double ImuReader::interval() const { return impl_->interval; }
+
+std::vector<OdometerTick> read_odometer(const Drive& drive, Diagnostics& d) {
+  std::vector<OdometerTick> out;
+  const bool speed = drive.odometer_kind == "speed", counter = drive.odometer_kind == "counter";
+  const double k = drive.odometer_scale;
+  double last = kNone;
+  each_row(drive, "odometer", d, [&](const Channel& c) {
+    const double v = c.values()[c.at("value")];
+    if (!given(v)) {
+      d.bad("bad_row", c.where(), "[odometer] expected a number, found nan; row skipped");
+      return;
+    }
+    if (!counter) {
+      out.push_back({c.t(), v * k, speed});
+      return;
+    }
+    if (given(last)) {
+      double step = v - last;
+      if (given(drive.odometer_wrap) && std::fabs(step) > 0.5 * drive.odometer_wrap)
+        step -= std::copysign(drive.odometer_wrap, step);
+      out.push_back({c.t(), step * k, false});
+    } else {
+      out.push_back({c.t(), 0.0, false});
+    }
+    last = v;
+  });
+  return out;
+}
+
+std::vector<AttitudeSample> read_attitude(const Drive& drive, Diagnostics& d) {
+  std::vector<AttitudeSample> out;
+  each_row(drive, "attitude", d, [&](const Channel& c) {
+    AttitudeSample a{c.t(), c.value(c.at("heading")), c.value(c.at("pitch"), 0.0),
+                     c.value(c.at("roll"), 0.0)};
+    if (!given(a.heading)) {
+      d.bad("bad_row", c.where(), "[attitude] expected a heading, found nan; row skipped");
+      return;
+    }
+    out.push_back(a);
+  });
+  return out;
+}
+
+std::vector<TrackStep> read_track(const Drive& drive, Diagnostics& d) {
+  std::vector<TrackStep> out;
+  if (drive.track.present) {
+    double heading = given(drive.start.heading) ? drive.start.heading : 0.0;
+    each_row(drive, "track", d, [&](const Channel& c) {
+      TrackStep s;
+      s.t = c.t();
+      s.row = static_cast<std::uint32_t>(c.rows());
+      s.ds = c.value(c.at("distance")) / drive.track_scale;
+      if (drive.track_heading_is_step) {
+        const double step = c.value(c.at("heading_step"));
+        s.heading = heading + 0.5 * step;
+        heading += step;
+      } else {
+        s.heading = c.value(c.at("heading"));
+      }
+      s.heading -= drive.track_heading_offset;
+      s.pitch = c.value(c.at("pitch"), 0.0);
+      s.h = c.value(c.at("height"), 0.0);
+      if (!given(s.ds) || !given(s.heading)) {
+        d.bad("bad_row", c.where(),
+              "[track] expected distance and heading, found nan; row skipped");
+        return;
+      }
+      out.push_back(s);
+    });
+    return out;
+  }
+  if (!drive.odometer.present || !drive.attitude.present)
+    throw Error(ErrorKind::kInput,
+                "the drive has no [track], nor [odometer] with [attitude] to make one of",
+                drive.toml_path);
+  const auto ticks = read_odometer(drive, d);
+  const auto attitude = read_attitude(drive, d);
+  if (attitude.size() < 2)
+    throw Error(ErrorKind::kInput, "expected at least two rows of attitude", drive.attitude.file);
+  std::size_t j = 0;
+  long outside = 0;
+  for (std::size_t i = 1; i < ticks.size(); ++i) {
+    const double dt = ticks[i].t - ticks[i - 1].t, mid = ticks[i].t - 0.5 * dt;
+    if (mid < attitude.front().t || mid > attitude.back().t) {
+      ++outside;
+      continue;
+    }
+    while (j + 2 < attitude.size() && attitude[j + 1].t < mid) ++j;
+    const AttitudeSample &a = attitude[j], &b = attitude[j + 1];
+    const double u = (mid - a.t) / (b.t - a.t);
+    TrackStep s;
+    s.t = ticks[i].t;
+    s.row = static_cast<std::uint32_t>(i + 1);
+    s.ds = ticks[i].is_speed ? 0.5 * (ticks[i - 1].value + ticks[i].value) * dt : ticks[i].value;
+    s.heading = a.heading + u * wrap_pi(b.heading - a.heading);
+    s.pitch = a.pitch + u * (b.pitch - a.pitch);
+    out.push_back(s);
+  }
+  if (outside > 0)
+    d.warn("uncovered", "odometer",
+           std::to_string(outside) + " readings outside the attitude's time left out");
+  return out;
+}
+
+std::vector<Fix> read_fixes(const Drive& drive, Diagnostics& d) {
+  std::vector<Fix> out;
+  each_row(drive, "fix", d, [&](const Channel& c) {
+    Fix f;
+    f.t = c.t();
+    f.h = c.value(c.at("height"));
+    if (c.has("lat") && c.has("lon")) {
+      f.lat = c.value(c.at("lat"));
+      f.lon = c.value(c.at("lon"));
+    } else if (c.has("east") && c.has("north")) {
+      if (!given(drive.fix.origin_lat))
+        throw Error(ErrorKind::kInput,
+                    "east and north columns need origin = { lat_deg = …, lon_deg = … }",
+                    drive.fix.where + ".origin");
+      const double e = c.value(c.at("east")), n = c.value(c.at("north")),
+                   s = std::sin(drive.fix.origin_lat);
+      f.lat = drive.fix.origin_lat + n / (meridian_radius(drive.ellipsoid, s) + drive.fix.origin_h);
+      f.lon = wrap_pi(drive.fix.origin_lon +
+                      e / ((prime_vertical_radius(drive.ellipsoid, s) + drive.fix.origin_h) *
+                           std::cos(drive.fix.origin_lat)));
+      if (c.has("up")) f.h = drive.fix.origin_h + c.value(c.at("up"));
+    } else {
+      throw Error(ErrorKind::kInput,
+                  "missing; expected columns of lat and lon, or of east and north",
+                  drive.fix.where + ".columns");
+    }
+    if (!given(f.lat) || !given(f.lon)) {
+      d.bad("bad_row", c.where(), "[fix] expected a position, found nan; row skipped");
+      return;
+    }
+    if (std::fabs(f.lat) > 0.5 * kPi + 1e-12) {
+      d.bad("bad_row", c.where(), "[fix] latitude beyond 90 deg; row skipped");
+      return;
+    }
+    f.std_e = c.value(c.at("std_e"), given(drive.fix_std) ? drive.fix_std : 0.0);
+    f.std_n = c.value(c.at("std_n"), given(drive.fix_std) ? drive.fix_std : 0.0);
+    f.std_u = c.value(c.at("std_u"), given(drive.fix_std) ? 2 * drive.fix_std : 0.0);
+    f.ve = c.value(c.at("ve"));
+    f.vn = c.value(c.at("vn"));
+    f.vu = c.value(c.at("vu"));
+    f.std_v = c.value(c.at("std_v"), drive.fix_velocity_std);
+    out.push_back(f);
+  });
+  return out;
+}
+
+std::vector<HeadingSample> read_headings(const Drive& drive, Diagnostics& d) {
+  std::vector<HeadingSample> out;
+  each_row(drive, "heading", d, [&](const Channel& c) {
+    const HeadingSample s{c.t(), c.value(c.at("heading")),
+                          c.value(c.at("std"), given(drive.heading_std) ? drive.heading_std : 0.0)};
+    if (given(s.heading)) out.push_back(s);
+  });
+  return out;
+}
+std::vector<HeightSample> read_heights(const Drive& drive, Diagnostics& d) {
+  std::vector<HeightSample> out;
+  each_row(drive, "height", d, [&](const Channel& c) {
+    const HeightSample s{c.t(), c.value(c.at("height")), c.value(c.at("rate"))};
+    if (given(s.h)) out.push_back(s);
+  });
+  return out;
+}
+std::vector<VelocitySample> read_velocities(const Drive& drive, Diagnostics& d) {
+  std::vector<VelocitySample> out;
+  const auto a = axes_to_rfu(drive.velocity_axes, drive.velocity.where + ".axes");
+  each_row(drive, "velocity", d, [&](const Channel& c) {
+    VelocitySample s;
+    s.t = c.t();
+    if (c.has("velocity")) {
+      const std::size_t at = c.at("velocity");
+      const double* v = &c.values()[at];
+      for (std::size_t i = 0; i < 3; ++i)
+        s.v[i] = a[3 * i] * v[0] + a[3 * i + 1] * v[1] + a[3 * i + 2] * v[2];
+    } else if (c.has("east") || c.has("north")) {
+      s.level = true;
+      s.v[0] = c.value(c.at("east"));
+      s.v[1] = c.value(c.at("north"));
+      s.v[2] = c.value(c.at("up"));
+    } else {
+      s.v[0] = c.value(c.at("right"));
+      s.v[1] = c.value(c.at("forward"));
+      s.v[2] = c.value(c.at("up"));
+    }
+    out.push_back(s);
+  });
+  return out;
+}
+
+Solution read_reference(const Drive& drive, Diagnostics& d) {
+  if (!drive.reference.present)
+    throw Error(ErrorKind::kInput, "the drive has no [reference]", drive.toml_path);
+  Solution out;
+  out.meta["ellipsoid"] = drive.ellipsoid.name;
+  each_row(drive, "reference", d, [&](const Channel& c) {
+    SolutionRow r;
+    r.t = c.t();
+    auto get = [&](const char* key) { return c.value(c.at(key)); };
+    r.lat = get("lat"), r.lon = get("lon"), r.h = c.value(c.at("height"), 0.0);
+    r.ve = get("ve"), r.vn = get("vn"), r.vu = get("vu");
+    r.roll = get("roll"), r.pitch = get("pitch"), r.heading = get("heading");
+    r.qw = get("qw"), r.qx = get("qx"), r.qy = get("qy"), r.qz = get("qz");
+    r.x = get("x"), r.y = get("y"), r.z = get("z");
+    if (!given(r.lat) && !given(r.x) && c.has("east") && given(drive.reference.origin_lat)) {
+      const double s = std::sin(drive.reference.origin_lat), h = drive.reference.origin_h;
+      r.lat = drive.reference.origin_lat + get("north") / (meridian_radius(drive.ellipsoid, s) + h);
+      r.lon = wrap_pi(drive.reference.origin_lon +
+                      get("east") / ((prime_vertical_radius(drive.ellipsoid, s) + h) *
+                                     std::cos(drive.reference.origin_lat)));
+    }
+    complete_row(r, drive.ellipsoid);
+    out.rows.push_back(r);
+  });
+  return out;
+}
+
+}  // namespace loxo
