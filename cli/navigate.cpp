@@ -9,7 +9,8 @@
 namespace loxo::cli {
 namespace {
 
-void require_one_of(const std::string& value, const std::vector<std::string>& names, const std::string& option) {
+void require_one_of(const std::string& value, const std::vector<std::string>& names,
+                    const std::string& option) {
   for (const auto& n : names)
     if (n == value) return;
   throw Error(ErrorKind::kUsage, "'" + value + "' is not known" + suggestion(value, names), option);
@@ -19,17 +20,19 @@ void require_one_of(const std::string& value, const std::vector<std::string>& na
 
 void add_navigate(CLI::App& app, Globals& globals) {
   auto o = std::make_shared<NavigateOptions>();
-  auto* sub = add_command(app, globals, "navigate", "a Solution from a recorded drive",
-                          "loxo navigate DRIVE --mode reckon -o solution.csv", [o, &globals]() -> int {
-                            require_one_of(o->mode, {"inertial", "reckon", "segmented", "filter", "smooth"}, "--mode");
-                            require_one_of(o->frame, {"geographic", "transverse", "grid", "wander", "ecef", "auto"}, "--frame");
-                            require_one_of(o->integrator, {"exact", "midpoint", "start-latitude"}, "--integrator");
-                            if (!o->vertical.empty())
-                              require_one_of(o->vertical, {"free", "fixed", "ship", "external"}, "--vertical");
-                            if (o->mode == "reckon") return navigate_reckon(globals, *o);
-                            if (o->mode == "inertial") return navigate_inertial(globals, *o);
-                            return navigate_filter(globals, *o);
-                          });
+  auto* sub = add_command(
+      app, globals, "navigate", "a Solution from a recorded drive",
+      "loxo navigate DRIVE --mode reckon -o solution.csv", [o, &globals]() -> int {
+        require_one_of(o->mode, {"inertial", "reckon", "segmented", "filter", "smooth"}, "--mode");
+        require_one_of(o->frame, {"geographic", "transverse", "grid", "wander", "ecef", "auto"},
+                       "--frame");
+        require_one_of(o->integrator, {"exact", "midpoint", "start-latitude"}, "--integrator");
+        if (!o->vertical.empty())
+          require_one_of(o->vertical, {"free", "fixed", "ship", "external"}, "--vertical");
+        if (o->mode == "reckon") return navigate_reckon(globals, *o);
+        if (o->mode == "inertial") return navigate_inertial(globals, *o);
+        return navigate_filter(globals, *o);
+      });
   sub->add_option("DRIVE", o->drive, "the recorded drive")->required();
   sub->add_option("--mode", o->mode, "inertial, reckon, segmented, filter, smooth");
   sub->add_option("--frame", o->frame, "geographic, transverse, grid, wander, ecef, auto");
@@ -38,8 +41,27 @@ void add_navigate(CLI::App& app, Globals& globals) {
   sub->add_option("--meridian", o->meridian, "reference meridian of the transverse frame, as 0deg");
   sub->add_option("--vertical", o->vertical, "free, fixed, ship, external");
   sub->add_option("--output-rate", o->output_rate, "rate of text output, as 10Hz");
-  sub->add_option("--precision", o->precision, "significant digits; 0: reads back to the same double");
+  sub->add_option("--precision", o->precision,
+                  "significant digits; 0: reads back to the same double");
   sub->add_flag("--force", o->force, "continue with a poor alignment");
+  const std::string group = "filter, smooth, segmented";
+  sub->add_option("--use", o->use,
+                  "only these witnesses, as "
+                  "odometer,nhc,zupt,zaru,fixes,benchmarks,headings,heights,velocity")
+      ->group(group);
+  sub->add_option("--without", o->without, "all witnesses but these, as nhc,zaru")->group(group);
+  sub->add_option("--fixes-until", o->fixes_until, "fixes up to this time only, as 946s")
+      ->group(group);
+  sub->add_option(
+         "--fix-every", o->fix_every,
+         "one fix per this time (after --fixes-until, else always), position only, as 300s")
+      ->group(group);
+  sub->add_flag("--no-fixes", o->no_fixes,
+                "no fixes at all (the start position may still come from one)")
+      ->group(group);
+  sub->add_option("--outage", o->outages,
+                  "no fixes from START for LENGTH, as 650s:340s; may be repeated")
+      ->group(group);
 }
 
 }  // namespace loxo::cli

@@ -2,6 +2,7 @@
 // `loxo navigate`: the options of all modes; one file per family of modes.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "cli/command.hpp"
 #include "loxo/earth/frames.hpp"
@@ -10,19 +11,28 @@ namespace loxo::cli {
 
 struct NavigateOptions {
   std::string drive;
-  std::string mode = "reckon";          // inertial | reckon | segmented | filter | smooth
-  std::string frame = "auto";           // geographic | transverse | grid | wander | ecef | auto
-  std::string calibration;              // --calibration CERT
-  std::string integrator = "exact";     // exact | midpoint | start-latitude
-  std::string meridian = "0deg";        // reference meridian of the transverse frame
-  std::string vertical;                 // free | fixed | ship | external; "" = external where the drive has heights, else the mode's default
-  std::string output_rate = "10Hz";     // text; the binary form is at full rate
+  std::string mode = "reckon";       // inertial | reckon | segmented | filter | smooth
+  std::string frame = "auto";        // geographic | transverse | grid | wander | ecef | auto
+  std::string calibration;           // --calibration CERT
+  std::string integrator = "exact";  // exact | midpoint | start-latitude
+  std::string meridian = "0deg";     // reference meridian of the transverse frame
+  std::string vertical;  // free | fixed | ship | external; "" = external where the drive has
+                         // heights, else the mode's default
+  std::string output_rate = "10Hz";  // text; the binary form is at full rate
   int precision = 0;
-  bool force = false;                   // continue with a poor alignment, with its honest sigma
+  bool force = false;  // continue with a poor alignment, with its honest sigma
+  // filter, smooth, segmented
+  std::string use, without;            // witnesses, comma-separated
+  std::string fixes_until, fix_every;  // times, as 946s
+  bool no_fixes = false;
+  std::vector<std::string> outages;  // START:LENGTH, as 650s:340s
 };
 
-int navigate_reckon(const Globals& globals, const NavigateOptions& options);    // navigate_reckon.cpp
-int navigate_inertial(const Globals& globals, const NavigateOptions& options);  // navigate_inertial.cpp
-int navigate_filter(const Globals& globals, const NavigateOptions& options);    // navigate_filter.cpp: segmented, filter, smooth
+int navigate_reckon(const Globals& globals, const NavigateOptions& options);  // navigate_reckon.cpp
+int navigate_inertial(const Globals& globals,
+                      const NavigateOptions& options);  // navigate_inertial.cpp
+int navigate_filter(
+    const Globals& globals,
+    const NavigateOptions& options);  // navigate_filter.cpp: segmented, filter, smooth
 
 }  // namespace loxo::cli

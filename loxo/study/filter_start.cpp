@@ -666,7 +666,7 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   c.fix_velocity_std = or_else(drive.fix_velocity_std, 0.1);
   c.heading_std = or_else(drive.heading_std, 0.5 * deg);
   c.height_std = or_else(drive.height_std, 5.0);
-  c.velocity_std = 0.1;
+  c.velocity_std = or_else(drive.velocity_std, 0.1);
   if (o.vertical == "fixed") c.vertical_std = 0.1;
   if (o.vertical == "ship") c.vertical_std = 3.0;
   c.standstill.sigma_w = 3.0 * c.gyro_noise / std::sqrt(imu_interval);
