@@ -186,6 +186,12 @@ TEST(Campaign, StopsByItsRuleAtTheSameTrialWhateverTheThreads) {
     const Summary s = summarize("nees", Store(o.store).column("nees"));
     EXPECT_LE(0.5 * (s.mean_hi - s.mean_lo), 0.0501);
   }
+  // Begun without reaching the rule, its last block short: continued, it stops where the
+  // undisturbed run does.
+  RunOptions o;
+  o.store = folder.path + "/begun";
+  EXPECT_EQ(run_campaign(campaign(text, 1300), o, ranks).trials, 1300u);
+  EXPECT_EQ(run_campaign(campaign(text, 200000), o, ranks).trials, first);
 }
 
 // (V-44), (V-45): the errors of two-point calibrations have the variances that the formulas
@@ -325,18 +331,18 @@ TEST(Draw, SobolPointsAreStratified) {
 }
 
 TEST(Draw, GridGivesEveryCombinationEquallyOften) {
-  const Draws draws({{Distribution::Kind::kGrid, {1, 2, 3}},
+  const Draws draws({{Distribution::Kind::kGrid, {1, 2, 3, 4}},
                      {Distribution::Kind::kUniform, {0, 1}},
                      {Distribution::Kind::kGrid, {10, 20}}},
                     3);
-  EXPECT_EQ(draws.cells(), 6u);
+  EXPECT_EQ(draws.cells(), 8u);
   std::map<std::pair<double, double>, int> seen;
-  for (std::uint64_t t = 0; t < 60; ++t) {
+  for (std::uint64_t t = 0; t < 80; ++t) {
     double p[3];
     draws.at(t, p);
     ++seen[{p[0], p[2]}];
   }
-  EXPECT_EQ(seen.size(), 6u);
+  EXPECT_EQ(seen.size(), 8u);
   for (const auto& [cell, n] : seen) EXPECT_EQ(n, 10);
 }
 
