@@ -84,6 +84,12 @@ std::string heading() {
                      "mean", "95 %", "std", "5 %", "median", "95 %", "max");
 }
 
+// The way there (X_at_NNN) is for the page, --json and -v.
+void say_rows(const Globals& globals, const std::vector<Summary>& list) {
+  for (const auto& s : list)
+    if (globals.verbose || s.name.rfind("_at_") == std::string::npos) say(globals, row_of(s));
+}
+
 // Trials shown in memory at most; longer stores are thinned evenly.
 constexpr std::uint64_t kInMemory = 4'000'000;
 std::uint64_t stride_of(const Store& s) {
@@ -173,7 +179,7 @@ int run_command(const Globals& globals, const CampaignOptions& o, const CLI::App
                   campaign.identity.name, store.trials(), globals.output, result.computed,
                   result.resumed, result.stopped_by_rule ? ", stopped by its rule" : "", rate));
   say(globals, heading());
-  for (const auto& s : list) say(globals, row_of(s));
+  say_rows(globals, list);
   say(globals, fmt::format("next: loxo campaign report {}", globals.output));
   return 0;
 }
@@ -193,7 +199,7 @@ std::vector<std::size_t> worst_of(const std::vector<double>& v, std::size_t coun
   return order;
 }
 
-// Progress of metrics named X_at_NN (percent of the way) as a fan over the way.
+// Progress of metrics named X_at_NNN_unit (percent of the way) as a fan over the way.
 void add_fans(report::Section& section, const std::vector<Summary>& list) {
   std::map<std::string, std::vector<std::pair<double, const Summary*>>> fans;
   for (const auto& s : list)
@@ -472,7 +478,7 @@ int report_command(const Globals& globals, const CampaignOptions& o) {
                            id.name, store.trials(), running ? " so far" : "", id.kind, id.seed,
                            result["bad_trials"].get<long long>()));
   say(globals, heading());
-  for (const auto& s : list) say(globals, row_of(s));
+  say_rows(globals, list);
   const auto metric = result["worst_metric"].get<std::string>();
   if (!result["sensitivity"][metric].empty()) {
     say(globals,

@@ -234,7 +234,7 @@ std::unique_ptr<TrialKind> make(const EarthModel& earth, std::shared_ptr<const D
   for (const char* which : {"horizontal", "reckoned"})
     for (int k = 1; k <= kParts; ++k)
       m.push_back(
-          {std::string(which) + "_m_at_" + (k < 10 ? "0" : "") + std::to_string(10 * k),
+          {std::string(which) + "_at_" + (k < 10 ? "0" : "") + std::to_string(10 * k) + "_m",
            std::string(which) + " error after " + std::to_string(10 * k) + " % of the time"});
   return std::make_unique<KernelTrial<DriveKernel<Mech>>>(
       DriveKernel<Mech>{earth, std::move(truth)}, p, m, canonical, 8);
