@@ -186,6 +186,17 @@ TEST(CampaignRun, ARankKilledTakesNothingWithIt) {
   for (std::uint64_t t = 0; t < 400000; t += 3331) EXPECT_EQ(held.row(t), run_trial(c, t)) << t;
 }
 
+TEST(CampaignRun, TwoMachinesGiveTheSameRows) {
+  if (!have_mpi() || ::geteuid() != 0 ||
+      std::system("command -v ip sqlite3 unshare >/dev/null 2>&1") != 0 ||
+      std::system("unshare -n true 2>/dev/null && ip netns list >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "network namespaces need root, ip and sqlite3";
+  EXPECT_EQ(shell("timeout 100 " LOXO_SOURCE_DIR "/tools/check_cluster " LOXO_PROGRAM), 0)
+      << loxo::testing::slurp(scratch_folder() + "/sh.err");
+  EXPECT_NE(loxo::testing::slurp(scratch_folder() + "/sh.out").find("the same rows as one process"),
+            std::string::npos);
+}
+
 TEST(CampaignRun, DifferentProgramsOrCampaignsOnTheRanksAreRefused) {
   if (!have_mpi()) GTEST_SKIP() << "no MPI";
   const std::string other = scratch_folder() + "/other_loxo";
