@@ -191,8 +191,9 @@ TEST(CampaignRun, TwoMachinesGiveTheSameRows) {
       std::system("command -v ip sqlite3 unshare >/dev/null 2>&1") != 0 ||
       std::system("unshare -n true 2>/dev/null && ip netns list >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "network namespaces need root, ip and sqlite3";
-  EXPECT_EQ(shell("timeout 100 " LOXO_SOURCE_DIR "/tools/check_cluster " LOXO_PROGRAM), 0)
-      << loxo::testing::slurp(scratch_folder() + "/sh.err");
+  const int code = shell("timeout 100 " LOXO_SOURCE_DIR "/tools/check_cluster " LOXO_PROGRAM);
+  if (code == 77) GTEST_SKIP() << "no network namespaces here";
+  EXPECT_EQ(code, 0) << loxo::testing::slurp(scratch_folder() + "/sh.err");
   EXPECT_NE(loxo::testing::slurp(scratch_folder() + "/sh.out").find("the same rows as one process"),
             std::string::npos);
 }
