@@ -11,8 +11,18 @@ namespace loxo::cli {
 void add_transfer(CLI::App& app, Globals& globals) {
   auto o = std::make_shared<TransferOptions>();
   CLI::App* transfer = add_command(
-      app, globals, "transfer", "a recorded drive moved to the pole", "loxo transfer rates --help",
-      []() -> int { throw Error(ErrorKind::kUsage, "transfer needs an operation: rates"); });
+      app, globals, "transfer", "a recorded drive moved to the pole with its own sensor errors",
+      "loxo transfer rates --help", [o, &globals] { return transfer_drive(globals, *o); });
+  transfer->add_option("DRIVE", o->drive, "the recorded drive: [imu] and [reference]");
+  transfer->add_option(
+      "--angle", o->angle,
+      "of the transfer, with its unit; positive toward the north pole along the meridian");
+  transfer->add_option("--meridian", o->meridian,
+                       "reference meridian, near the track, with its unit");
+  transfer->add_option("--earth", o->earth, "ellipsoid, or sphere where the drive is on one");
+  transfer->add_option("--keep", o->keep,
+                       "path (default) or velocity: an ellipsoid does not let both stay");
+  transfer->add_flag("--trim", o->trim, "leave out what the reference does not cover");
   CLI::App* rates = add_subcommand(
       *transfer, globals, "rates", "the conversion of single states, and its error, on a CSV table",
       "printf "

@@ -21,10 +21,12 @@ struct TransferOptions {
   std::string heading_error = "3arcmin", level_error = "1arcmin", velocity_error = "0.1m/s";
   std::string gyro_bias, accel_bias;
   std::string share = "0.1";  // of the unit's own errors
+  bool trim = false;          // leave out what the reference does not cover
   std::string latitude;       // plan: one home latitude instead of a table
 };
 
 int transfer_rates(const Globals& globals, const TransferOptions& options);  // transfer_rates.cpp
+int transfer_drive(const Globals& globals, const TransferOptions& options);  // transfer_drive.cpp
 int transfer_plan(const Globals& globals, const TransferOptions& options);   // transfer_plan.cpp
 ReferenceSigma reference_sigma(const TransferOptions& options);              // transfer_plan.cpp
 
