@@ -256,7 +256,12 @@ int transfer_drive(const Globals& globals, const TransferOptions& o) {
       "{} }}\n",
       num(t0), num(e0.r.x), num(e0.r.y), num(e0.r.z), num(e0.v.x), num(e0.v.y), num(e0.v.z),
       num(q0.w), num(q0.x), num(q0.y), num(q0.z));
-  toml += "\n[reference]\nfile = \"reference.csv\"\n";
+  toml +=
+      "\n[reference]\nfile = \"reference.csv\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", lon "
+      "= \"lon_deg\", height = \"h_m\", x = \"x_m\", y = \"y_m\", "
+      "z = \"z_m\", ve = \"ve_mps\", vn = \"vn_mps\", vu = \"vu_mps\", roll = \"roll_deg\", pitch "
+      "= \"pitch_deg\", heading = \"heading_deg\", "
+      "qw = \"qw\", qx = \"qx\", qy = \"qy\", qz = \"qz\" }\n";
 
   if (drive.odometer.present) {
     bool speed = false;
