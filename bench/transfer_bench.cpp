@@ -54,7 +54,7 @@ void whole_pass(benchmark::State& state) {
   std::vector<ReferenceEpoch> reference;
   constexpr int kSamples = 20000;
   for (int i = 0; i <= kSamples; i += every) {
-    reference.push_back({0.01 * i, to_ecef_state(move.earth, move.lon0, s)});
+    reference.push_back({0.01 * i, to_ecef_pose(move.earth, move.lon0, s)});
     s.tlon -= 1e-9 * every;
   }
   for (auto _ : state) {

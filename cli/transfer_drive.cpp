@@ -77,7 +77,7 @@ std::string num(double x) {
   return s;
 }
 
-SolutionRow row_of(const Ellipsoid& earth, double t, const EcefState<double>& e) {
+SolutionRow row_of(const Ellipsoid& earth, double t, const EcefPose<double>& e) {
   SolutionRow r;
   r.t = t;
   const auto g = to_geodetic(earth, e.r);
@@ -172,7 +172,7 @@ int transfer_drive(const Globals& globals, const TransferOptions& o) {
       folder.file("reference.csv"),
       {{"mode", "moved reference"}, {"ellipsoid", drive.ellipsoid.name}});
   std::vector<Along> track;
-  std::vector<std::pair<double, EcefState<double>>> starts;
+  std::vector<std::pair<double, EcefPose<double>>> starts;
   double begin = kNone, largest_f = 0, largest_w = 0;
   std::size_t samples = 0, k = 0;
   PolarMover mover(
@@ -190,7 +190,7 @@ int transfer_drive(const Globals& globals, const TransferOptions& o) {
         largest_w = std::max(largest_w, norm(s.conversion.dw));
       },
       [&](double t, const TransverseState<double>& home, const TransverseState<double>& moved) {
-        const auto e = to_ecef_state(move.earth, move.lon0, moved);
+        const auto e = to_ecef_pose(move.earth, move.lon0, moved);
         moved_reference.write(row_of(move.earth, t, e));
         if (starts.size() < 100000) starts.emplace_back(t, e);
         // The wheel's share of the rescaled velocity, along the vehicle's own forward axis.

@@ -138,7 +138,7 @@ void PolarMover::close_interval() {
   double t = k0_.t;
   bool whole = true;
   // Gravity and Coriolis along the way: slow, so from the reference's own ends.
-  const auto pull = [&](const EcefState<double>& e) {
+  const auto pull = [&](const EcefPose<double>& e) {
     const auto n = to_normal(move_.earth, e.r);
     return n.n * -normal_gravity<double>(move_.earth, n.n.z, n.h) - cross(w_ie, e.v) * 2.0;
   };
@@ -219,7 +219,7 @@ void PolarMover::close_interval() {
   for (const auto& m : mids) {
     const auto& u = held_[m.sample];
     const double s = (m.t - k0_.t) / T;
-    EcefState<double> e;
+    EcefPose<double> e;
     e.r = between(k0_, k1_, m.t);
     e.v = m.v + push * s;
     e.C_eb = to_matrix(m.q * turn_by(turn * s));

@@ -16,7 +16,7 @@ namespace loxo {
 // A reference epoch in ECEF.
 struct ReferenceEpoch {
   double t = 0;
-  EcefState<double> e;
+  EcefPose<double> e;
 };
 
 // The state between two reference epochs comes from the log's own increments, carried in ECEF from

@@ -142,7 +142,7 @@ ImuIncrement<S> moved_increment(const ImuIncrement<S>& home, const Conversion<S>
 }
 
 template <Real S>
-TransverseState<S> to_transverse_state(const Ellipsoid& earth, double lon0, const EcefState<S>& e) {
+TransverseState<S> to_transverse_state(const Ellipsoid& earth, double lon0, const EcefPose<S>& e) {
   const NormalHeight<S> nh = to_normal(earth, e.r);
   const TransverseLatLon<S> t = to_transverse(nh.n, lon0);
   const auto C_te = transverse_axes<S>(t.tlat, t.tlon, lon0);
@@ -150,7 +150,7 @@ TransverseState<S> to_transverse_state(const Ellipsoid& earth, double lon0, cons
 }
 
 template <Real S>
-EcefState<S> to_ecef_state(const Ellipsoid& earth, double lon0, const TransverseState<S>& t) {
+EcefPose<S> to_ecef_pose(const Ellipsoid& earth, double lon0, const TransverseState<S>& t) {
   const auto C_et = transpose(transverse_axes<S>(t.tlat, t.tlon, lon0));
   return {from_normal(earth, NormalHeight<S>{normal_of_transverse<S>(t.tlat, t.tlon, lon0), t.h}),
           C_et * t.v, C_et * t.C_tb};
@@ -170,8 +170,8 @@ EcefState<S> to_ecef_state(const Ellipsoid& earth, double lon0, const Transverse
                                       double);                                                   \
   template ImuIncrement<S> moved_increment<S>(const ImuIncrement<S>&, const Conversion<S>&);     \
   template TransverseState<S> to_transverse_state<S>(const Ellipsoid&, double,                   \
-                                                     const EcefState<S>&);                       \
-  template EcefState<S> to_ecef_state<S>(const Ellipsoid&, double, const TransverseState<S>&);
+                                                     const EcefPose<S>&);                        \
+  template EcefPose<S> to_ecef_pose<S>(const Ellipsoid&, double, const TransverseState<S>&);
 LOXO_INSTANTIATE(double)
 LOXO_INSTANTIATE(Lanes)
 #undef LOXO_INSTANTIATE

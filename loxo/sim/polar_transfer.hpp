@@ -88,14 +88,14 @@ ImuIncrement<S> moved_increment(const ImuIncrement<S>& home, const Conversion<S>
 
 // Between the transverse frame and ECEF, exact at the pole.
 template <Real S>
-struct EcefState {
+struct EcefPose {
   Point<Ecef, S> r;
   Vec<Ecef, S> v;
   Rot<Ecef, Body, S> C_eb;
 };
 template <Real S>
-TransverseState<S> to_transverse_state(const Ellipsoid& earth, double lon0, const EcefState<S>& e);
+TransverseState<S> to_transverse_state(const Ellipsoid& earth, double lon0, const EcefPose<S>& e);
 template <Real S>
-EcefState<S> to_ecef_state(const Ellipsoid& earth, double lon0, const TransverseState<S>& t);
+EcefPose<S> to_ecef_pose(const Ellipsoid& earth, double lon0, const TransverseState<S>& t);
 
 }  // namespace loxo

@@ -107,7 +107,7 @@ Truth truth(const Ellipsoid& e, const Track& k, double lon0, double angle, doubl
   r2.w = {static_cast<double>((W[2][1] - W[1][2]) / 2 + w * C[2][0]),
           static_cast<double>((W[0][2] - W[2][0]) / 2 + w * C[2][1]),
           static_cast<double>((W[1][0] - W[0][1]) / 2 + w * C[2][2])};
-  EcefState<double> s2;
+  EcefPose<double> s2;
   s2.r = {static_cast<double>(r[0]), static_cast<double>(r[1]), static_cast<double>(r[2])};
   s2.v = {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
   for (int i = 0; i < 3; ++i)
@@ -145,9 +145,9 @@ TEST(PolarTransfer, PathKeptEqualsRatesMadeThere) {  // 7.1, 7.2 E2
         ASSERT_LT(norm(dw), 1e-15) << e.name << " " << m.l0 << " " << m.angle << " " << t;
         ASSERT_LT(norm(r.state.v - there.state.v), 1e-9);
         ASSERT_NEAR(norm(move_state(move, home.state).v - r.state.v), 0.0, 1e-15);
-        ASSERT_LT(norm(to_ecef_state(e, move.lon0, r.state).r -
-                       to_ecef_state(e, move.lon0, there.state).r),
-                  5e-9);
+        ASSERT_LT(
+            norm(to_ecef_pose(e, move.lon0, r.state).r - to_ecef_pose(e, move.lon0, there.state).r),
+            5e-9);
       }
     }
   std::printf("worst: %.2g m/s^2, %.2g rad/s\n", worst_f, worst_w);
