@@ -240,6 +240,27 @@ struct SegmentedNavigator::Impl {
   void epoch_end(double now) {
     const double T = now - last_epoch;
     last_epoch = now;
+    if (distance == 0) {
+      // Still at rest: both wait for each other, the clock of phase 1 has not begun. Velocity and
+      // position are known here.
+      v = {};
+      r = to_ecef(c.ellipsoid, start_place);
+      t0 = now;
+      const double ng = c.gyro_noise * c.gyro_noise * T;
+      for (int i = 0; i < 3; ++i) Pf(i, i) += ng, Pj(i, i) += ng;
+      se = sn = 0;
+      f_sum = {};
+      C_sum = Rot<Geographic, Body>{};
+      sum_time = 0;
+      change_since = now;
+      out = SegmentedEpoch{};
+      out.t = now;
+      const Geodetic<double> here = start_place;
+      fill(here,
+           (prime_vertical_radius(c.ellipsoid, std::sin(here.lat)) + here.h) * std::cos(here.lat),
+           meridian_radius(c.ellipsoid, std::sin(here.lat)) + here.h);
+      return;
+    }
     const NormalHeight<double> place = to_normal(c.ellipsoid, r);
     const Geodetic<double> ins = to_geodetic(c.ellipsoid, r);
     const Rot<Geographic, Ecef> C_ge = geographic_axes(ins.lat, ins.lon);

@@ -100,6 +100,7 @@ DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& o, 
                          without));
     m.sparse_fixes = median(steps) >= 60.0;
   }
+  m.all_fixes = m.fixes;
   // The thinning that the user asked for.
   std::vector<Fix> kept;
   double last = -1e300;
@@ -132,10 +133,9 @@ DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& o, 
           std::max(b.point.std, 0.05);  // a stamp is never better than a few centimetres of way
       f.std_u = b.point.std_h > 0 ? b.point.std_h : f.std_e;
       f.h = b.point.h != 0 ? b.point.h : kNone;
-      m.fixes.push_back(f);
+      m.benchmarks.push_back(f);
     }
-  std::stable_sort(m.fixes.begin(), m.fixes.end(),
-                   [](const Fix& a, const Fix& b) { return a.t < b.t; });
+  sort_by_time(m.benchmarks, "benchmark", d);
   if (drive.heading.present && wanted(o, "headings")) {
     m.headings = read_headings(drive, d);
     sort_by_time(m.headings, "heading", d);
@@ -448,7 +448,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
   t0 = std::max(t0, first_imu_t);
   if (!given(lat)) {
     const Fix* best = nullptr;
-    for (const Fix& f : m.fixes)
+    for (const Fix& f : m.all_fixes)
       if (f.t >= t0 - 2.0) {
         best = &f;
         break;

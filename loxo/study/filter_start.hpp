@@ -11,6 +11,7 @@ namespace loxo {
 struct DriveMeasurements {
   std::vector<OdometerTick> ticks;
   std::vector<Fix> fixes, benchmarks;
+  std::vector<Fix> all_fixes;  // before outages and thinning: the start position may come from one
   std::vector<HeadingSample> headings;
   std::vector<HeightSample> heights;
   std::vector<VelocitySample> velocities;

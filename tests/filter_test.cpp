@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// `loxo navigate --mode filter|smooth|segmented` as a user runs it, on a small drive written here:
+// what it finds, and what it says about bad input.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "loxo/estimate/exact_route.hpp"
+#include "loxo/log/solution_file.hpp"
+#include "loxo/text/json.hpp"
+#include "program.hpp"
+
+namespace loxo {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Spec {
+  double odometer_unit = 1.0;   // factor on the readings
+  double mounting = 1.0 * deg;  // IMU clockwise from the vehicle
+  bool moves = true;
+  bool unsigned_reverse = false;
+  double length = 240;
+  std::string fix_errors = "errors = { position = \"3 m\" }\n";
+  std::string extra;
+  std::string start =
+      "alignment = { kind = \"static\", duration = \"60 s\" }\nattitude = { heading = \"34.3775 "
+      "deg\", heading_std = \"1 deg\" }\n";
+  std::function<std::string(int, double)> fix_line;  // replaces a line of the fixes
+};
+
+// 60 s at rest, then a drive of turns; 50 Hz IMU, 10 Hz distances, a fix a second.
+fs::path write_drive(const std::string& name, const Spec& spec) {
+  const fs::path folder = fs::path(loxo::testing::scratch_folder()) / name;
+  fs::create_directories(folder);
+  const double dt = 0.02;
+  const ExactRoute route = make_exact_route(
+      wgs84(), Geodetic<double>{50 * deg, 10 * deg, 100},
+      [](double t) {
+        return 0.6 + std::clamp((t - 90) * 0.1, 0.0, 1.2) - std::clamp((t - 140) * 0.1, 0.0, 1.5) +
+               std::clamp((t - 190) * 0.1, 0.0, 1.0);
+      },
+      [&](double t) {
+        if (!spec.moves) return 0.0;
+        const double u = std::clamp(t - 60, 0.0, 12.0);
+        return u - std::clamp((t - 210) * 2, 0.0, spec.unsigned_reverse ? 16.0 : 8.0);
+      },
+      spec.length, dt, spec.mounting);
+  std::mt19937_64 rng(5);
+  std::normal_distribution<double> g;
+  std::ofstream imu(folder / "imu.csv"), odo(folder / "odo.csv"), fix(folder / "fix.csv"),
+      toml(folder / "drive.toml");
+  imu << "t_s,gx,gy,gz,ax,ay,az\n";
+  odo << "t_s,ds_m\n";
+  fix << "t_s,lat_deg,lon_deg,h_m\n";
+  imu.precision(12), odo.precision(9), fix.precision(14);
+  for (std::size_t i = 1; i < route.q.size(); ++i) {
+    const double t = static_cast<double>(i) * dt, w = 2e-4, f = 5e-3;
+    const Vec<Body>& a = route.dtheta[i];
+    const Vec<Body>& b = route.dv[i];
+    imu << t << ',' << a.x / dt + w * g(rng) << ',' << a.y / dt + w * g(rng) << ','
+        << a.z / dt + w * g(rng) << ',' << b.x / dt + f * g(rng) << ',' << b.y / dt + f * g(rng)
+        << ',' << b.z / dt + f * g(rng) << '\n';
+    if (i % 5 == 0) {
+      double ds = route.distance[i] - route.distance[i - 5];
+      if (spec.unsigned_reverse) ds = std::fabs(ds);
+      odo << t << ',' << 1.02 * ds * spec.odometer_unit << '\n';
+    }
+    if (i % 50 == 0) {
+      const Geodetic<double> p =
+          to_geodetic(wgs84(), route.r[i] + Vec<Ecef>{3 * g(rng), 3 * g(rng), 3 * g(rng)});
+      const std::string line = spec.fix_line ? spec.fix_line(static_cast<int>(i / 50), t) : "";
+      if (!line.empty()) {
+        fix << line << '\n';
+      } else {
+        fix << t << ',' << p.lat / deg << ',' << p.lon / deg << ',' << p.h << '\n';
+      }
+    }
+  }
+  toml << "format = 1\nname = \"" << name
+       << "\"\n[imu]\nfile = \"imu.csv\"\ncolumns = { time = \"t_s\", gyro = [\"gx\", \"gy\", "
+          "\"gz\"], accel = [\"ax\", \"ay\", \"az\"] }\n"
+       << "units = { gyro = \"rad/s\", accel = \"m/s^2\" }\nerrors = { gyro_bias = \"1 deg/h\", "
+          "gyro_noise = \"0.1 deg/sqrt(h)\", accel_bias = \"300 ug\", accel_noise = \"0.05 "
+          "m/s/sqrt(h)\" }\n"
+       << "[odometer]\nfile = \"odo.csv\"\nkind = \"distance\"\ncolumns = { time = \"t_s\", value "
+          "= \"ds_m\" }\n"
+       << "[fix]\nfile = \"fix.csv\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", lon = "
+          "\"lon_deg\", height = \"h_m\" }\n"
+       << spec.fix_errors << "[start]\nt_s = 0.0\nlat_deg = 50.0\nlon_deg = 10.0\nh_m = 100.0\n"
+       << spec.start << spec.extra;
+  return folder;
+}
+
+std::size_t rows_of(const fs::path& solution) {
+  Diagnostics d;
+  return read_solution(solution.string(), wgs84(), d).rows.size();
+}
+
+struct Ran {
+  loxo::testing::Outcome result;
+  fs::path solution;
+};
+Ran navigate(const fs::path& folder, const std::string& mode, const std::string& options = "") {
+  Ran r;
+  r.solution = folder / (mode + ".csv");
+  r.result = loxo::testing::run("navigate " + folder.string() + " --mode " + mode + " " + options +
+                                " -o " + r.solution.string());
+  return r;
+}
+
+TEST(Filter, FindsScaleAndMountingOnASmallDrive) {
+  const Spec spec;
+  const fs::path d = write_drive("plain", spec);
+  for (const char* mode : {"filter", "smooth"}) {
+    const Ran r = navigate(d, mode, "--json");
+    ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+    const Json j = parse_json(r.result.out, "stdout");
+    const double k = j["constants"]["k"], ks = j["constants"]["k_std"],
+                 e = j["constants"]["eps_deg"], es = j["constants"]["eps_deg_std"];
+    EXPECT_NEAR(k, 1.02, 4 * ks);
+    EXPECT_LT(ks, 5e-3);
+    EXPECT_NEAR(e, 1.0, 4 * es);
+    EXPECT_GT(rows_of(r.solution), 1000u);
+  }
+  const Ran s = navigate(d, "segmented", "--json");
+  ASSERT_EQ(s.result.exit_code, 0) << s.result.err;
+  EXPECT_EQ(parse_json(s.result.out, "stdout")["mode"], "segmented");
+}
+TEST(Filter, WrongOdometerUnitIsFoundFromTheImu) {
+  Spec spec;
+  spec.odometer_unit = 3.6;
+  const Ran r = navigate(write_drive("unit", spec), "filter", "--json");
+  EXPECT_EQ(r.result.exit_code, 0) << r.result.err;
+  EXPECT_NE(r.result.out.find("odometer_unit"), std::string::npos) << r.result.out;
+  EXPECT_NE(r.result.out.find("km/h"), std::string::npos);
+}
+TEST(Filter, MountingNear90And180IsFound) {
+  for (double eps : {90.0, 179.0, -90.0}) {
+    Spec spec;
+    spec.mounting = eps * deg;
+    spec.start =
+        "alignment = { kind = \"static\", duration = \"60 s\" }\nattitude = { heading = \"" +
+        std::to_string(0.6 / deg + eps) + " deg\", heading_std = \"1 deg\" }\n";
+    const Ran r = navigate(write_drive("mount" + std::to_string(static_cast<int>(eps)), spec),
+                           "filter", "--json");
+    ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+    const Json j = parse_json(r.result.out, "stdout");
+    const double e = j["constants"]["eps_deg"], es = j["constants"]["eps_deg_std"];
+    EXPECT_NEAR(std::remainder(e - eps, 360.0), 0.0, 4 * es + 0.05) << eps;
+    EXPECT_NEAR(static_cast<double>(j["constants"]["k"]), 1.02, 0.02);
+  }
+}
+TEST(Filter, UnsignedWheelAndReversing) {
+  Spec spec;
+  spec.unsigned_reverse = true;
+  const Ran r = navigate(write_drive("reverse", spec), "filter", "--json");
+  ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+  const Json j = parse_json(r.result.out, "stdout");
+  EXPECT_NE(r.result.out.find("unsigned_wheel"), std::string::npos);
+  EXPECT_NEAR(static_cast<double>(j["constants"]["k"]), 1.02,
+              5 * static_cast<double>(j["constants"]["k_std"]));
+}
+TEST(Filter, NoMotionIsSaid) {
+  Spec spec;
+  spec.moves = false;
+  spec.length = 100;
+  const Ran r = navigate(write_drive("still", spec), "filter");
+  EXPECT_EQ(r.result.exit_code, 0) << r.result.err;
+  EXPECT_NE(r.result.err.find("cannot be observed"), std::string::npos) << r.result.err;
+}
+TEST(Filter, BenchmarkFarFromTheTrackIsSaid) {
+  Spec spec;
+  spec.extra =
+      "[[benchmark]]\nname = \"B\"\nt_s = 120\nlat_deg = 50.02\nlon_deg = 10.0\nh_m = 100\nstd = "
+      "\"0.1 m\"\n";
+  const Ran r = navigate(write_drive("far", spec), "filter");
+  EXPECT_EQ(r.result.exit_code, 0) << r.result.err;
+  EXPECT_NE(r.result.err.find("far from the track"), std::string::npos) << r.result.err;
+}
+TEST(Filter, MeasurementsWithoutCovarianceAreSaid) {
+  Spec spec;
+  spec.fix_errors = "";
+  const Ran r = navigate(write_drive("nocov", spec), "filter");
+  EXPECT_EQ(r.result.exit_code, 0) << r.result.err;
+  EXPECT_NE(r.result.err.find("no standard deviation"), std::string::npos) << r.result.err;
+}
+TEST(Filter, ZeroAndNegativeSigmasAreRefused) {
+  for (const char* s : {"0 m", "-3 m"}) {
+    Spec spec;
+    spec.fix_errors = std::string("errors = { position = \"") + s + "\" }\n";
+    const Ran r = navigate(write_drive("sigma", spec), "filter");
+    EXPECT_EQ(r.result.exit_code, 3) << s;
+    EXPECT_NE(r.result.err.find("position"), std::string::npos) << r.result.err;
+    EXPECT_FALSE(fs::exists(r.solution));
+  }
+}
+TEST(Filter, RowsOutOfOrderAreSaid) {
+  Spec spec;
+  spec.fix_line = [](int n, double) {
+    return n == 100 ? std::string("50.0,50.0,10.0,100.0") : std::string();
+  };
+  const Ran r = navigate(write_drive("order", spec), "filter");
+  EXPECT_EQ(r.result.exit_code, 0) << r.result.err;
+  EXPECT_NE(r.result.err.find("time goes back"), std::string::npos) << r.result.err;
+}
+TEST(Filter, PoorAlignmentIsRefusedWithTheReason) {
+  Spec spec;
+  spec.start = "alignment = { kind = \"static\", duration = \"60 s\" }\n";
+  const fs::path d = write_drive("align", spec);
+  const Ran r = navigate(d, "filter");
+  EXPECT_EQ(r.result.exit_code, 1);
+  EXPECT_NE(r.result.err.find("heading to"), std::string::npos) << r.result.err;
+  EXPECT_NE(r.result.err.find("--force"), std::string::npos);
+  EXPECT_EQ(navigate(d, "filter", "--force").result.exit_code, 0);
+}
+TEST(Filter, OptionsAreChecked) {
+  const fs::path d = write_drive("options", Spec{});
+  for (const char* o : {"--use wheel", "--without nhcc", "--outage 100s", "--outage 100:20",
+                        "--fixes-until 100", "--output-rate 0Hz"}) {
+    const Ran r = navigate(d, "filter", o);
+    EXPECT_EQ(r.result.exit_code, 2) << o << r.result.err;
+  }
+  EXPECT_EQ(
+      navigate(d, "filter", "--use odometer,nhc,zupt,zaru --outage 100s:50s").result.exit_code, 0);
+}
+
+}  // namespace
+}  // namespace loxo
