@@ -15,6 +15,7 @@
 
 #include "loxo/estimate/exact_route.hpp"
 #include "loxo/log/solution_file.hpp"
+#include "loxo/study/online_calibration.hpp"
 #include "loxo/text/json.hpp"
 #include "program.hpp"
 
@@ -134,6 +135,21 @@ TEST(Filter, FindsScaleAndMountingOnASmallDrive) {
   const Ran s = navigate(d, "segmented", "--json");
   ASSERT_EQ(s.result.exit_code, 0) << s.result.err;
   EXPECT_EQ(parse_json(s.result.out, "stdout")["mode"], "segmented");
+}
+TEST(Filter, OnlineCalibrationTellsWhatItKnows) {
+  Diagnostics d;
+  const OnlineCalibration c =
+      online_calibration(read_drive(write_drive("online", Spec{}).string()), d);
+  ASSERT_TRUE(c.valid) << c.why;
+  EXPECT_NEAR(c.k, 1.02, 4 * c.k_std);
+  EXPECT_NEAR(c.eps, 1 * deg, 4 * c.eps_std);
+  Spec still;
+  still.moves = false;
+  still.length = 100;
+  const OnlineCalibration n =
+      online_calibration(read_drive(write_drive("online_still", still).string()), d);
+  EXPECT_FALSE(n.valid);
+  EXPECT_NE(n.why.find("scale"), std::string::npos) << n.why;
 }
 TEST(Filter, WrongOdometerUnitIsFoundFromTheImu) {
   Spec spec;

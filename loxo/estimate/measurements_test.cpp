@@ -79,7 +79,7 @@ void check(const World& w, const Model& model, const char* name, double relative
   }
 }
 
-TEST(Measurements, RowsEqualDifferences) {  // [EST-11], [EST-12], sections 2.3, 2.4
+TEST(Measurements, RowsEqualDifferences) {  // [EST-10], [EST-11], [EST-12], sections 2.3, 2.4
   Regime draw;
   for (double lat : {0.0, -45 * deg, 89.9 * deg, 90 * deg}) {
     const World w = draw.at(lat);
