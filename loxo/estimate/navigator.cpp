@@ -7,6 +7,7 @@
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/gravity.hpp"
 #include "loxo/errors/level_errors.hpp"
+#include "loxo/ins/strapdown.hpp"
 #include "loxo/num/units.hpp"
 
 namespace loxo {
@@ -77,6 +78,7 @@ const char* sensor_name(Sensor s) {
 Navigator::Navigator(const NavigatorConfig& config)
     : config_(config),
       product_(std::make_unique<TransitionProduct>()),
+      earth_(make_earth_model(config.ellipsoid)),
       detector_(config.standstill),
       pending_(std::make_unique<Pending>()) {}
 Navigator::~Navigator() = default;
@@ -182,24 +184,22 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
 
   // One-sample coning and sculling with the increments before (polar.md 3.2's terms, rate carried
   // over).
+  // One sample and its predecessor, and the house's one strapdown loop on ECEF axes (polar.md 3.2).
+  const ImuIncrement<double> now{s_.t + dt, dt, dtheta, dv};
   const bool same = last_dt_ > 0 && fabs(last_dt_ - dt) < 0.01 * dt;
-  const Vec<Body> rho = same ? dtheta + (1.0 / 12.0) * cross(last_dtheta_, dtheta) : dtheta;
-  Vec<Body> dvs = dv + 0.5 * cross(dtheta, dv) + (1.0 / 6.0) * cross(dtheta, cross(dtheta, dv));
-  if (same) dvs = dvs + (1.0 / 12.0) * (cross(last_dtheta_, dv) + cross(last_dv_, dtheta));
+  const StepIncrement<double> u =
+      same ? one_sample(ImuIncrement<double>{s_.t, last_dt_, last_dtheta_, last_dv_}, now)
+           : one_sample(now);
   last_dtheta_ = dtheta;
   last_dv_ = dv;
   last_dt_ = dt;
-
-  const NormalHeight<double> place = to_normal(ell, s_.r + s_.v * (0.5 * dt));
-  const Vec<Ecef> g = place.n * (-normal_gravity(ell, place.n.z, place.h));
-  const Rot<Ecef, Body> C0 = to_matrix(s_.q);
-  const Vec<Ecef> c = C0 * dvs;
-  const Vec<Ecef> first = c - (0.5 * dt) * cross(w_ie, c);
-  Vec<Ecef> v1 = s_.v + first + dt * (g - 2.0 * cross(w_ie, s_.v));
-  v1 = s_.v + first + dt * (g - cross(w_ie, s_.v + v1));  // Coriolis at the mean velocity
-  const Quat<Ecef, Body> q_half =
-      exp_rotation<Ecef, Ecef>(w_ie * (-0.5 * dt)) * s_.q * exp_rotation<Body, Body>(0.5 * rho);
-  const Vec<Ecef> v_mid = 0.5 * (s_.v + v1);
+  const EcefMechanization::Position<double> here =
+      EcefMechanization::from_ecef(earth_, EcefState<double>{s_.r, s_.v, s_.q}).position;
+  const State<EcefMechanization> after =
+      loxo::step(earth_, State<EcefMechanization>{s_.q, s_.v, here}, u);
+  const Vec<Ecef> v1 = after.v, v_mid = 0.5 * (s_.v + v1);
+  const Quat<Ecef, Body> q_half = exp_rotation<Ecef, Ecef>(w_ie * (-0.5 * dt)) * s_.q *
+                                  exp_rotation<Body, Body>(0.5 * u.rotation);
 
   MeasurementPoint mid;
   mid.C = to_matrix(q_half);
@@ -215,7 +215,7 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
   p.w_ie = w_ie;
   p.w = w;
   p.f = f_;
-  p.gradient = gravity_gradient(ell, place.n, place.h);
+  p.gradient = gravity_gradient(ell, here.n, here.h);
   const ErrorTransition<double> t = error_transition(p, dt);
   ErrorNoise<double> q = error_noise(config_.gyro_noise, config_.accel_noise, dt, mid.C * dv);
   q.psi += extra_psi;
@@ -244,9 +244,9 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
     P_.p[kTau][kTau] += config_.tau_walk * config_.tau_walk * dt;
   }
 
-  s_.r = s_.r + v_mid * dt;
-  s_.v = v1;
-  s_.q = normalized(exp_rotation<Ecef, Ecef>(w_ie * (-dt)) * s_.q * exp_rotation<Body, Body>(rho));
+  s_.r = after.position.r;
+  s_.v = after.v;
+  s_.q = normalized(after.q_nb);
   s_.t += dt;
   nhc_age_ += dt;
   vertical_age_ += dt;

@@ -11,6 +11,7 @@
 #include "loxo/earth/ellipsoid.hpp"
 #include "loxo/estimate/measurements.hpp"
 #include "loxo/estimate/standstill.hpp"
+#include "loxo/ins/earth_model.hpp"
 #include "loxo/ins/samples.hpp"
 #include "loxo/ins/solution.hpp"
 
@@ -152,6 +153,7 @@ class Navigator {
   bool touched_ = false;
   FilterTape* tape_ = nullptr;
   std::unique_ptr<TransitionProduct> product_;
+  EarthModel earth_;
   StandstillDetector detector_;
   Standing standing_ = Standing::kMoving;
   std::array<InnovationCount, static_cast<int>(Sensor::kCount)> counts_{};

@@ -10,6 +10,7 @@
 #include "loxo/earth/attitude.hpp"
 #include "loxo/earth/gravity.hpp"
 #include "loxo/errors/level_errors.hpp"
+#include "loxo/ins/strapdown.hpp"
 
 namespace loxo {
 namespace {
@@ -94,6 +95,7 @@ struct SegmentedNavigator::Impl {
   Point<Ecef> r;
   Rot<Geographic, Body> C_nb;
   ImuIncrement<double> before;
+  EarthModel earth;
   // Means over the tick and over the epoch.
   Vec<Geographic> forward;
   double forward_time = 0;
@@ -117,6 +119,7 @@ struct SegmentedNavigator::Impl {
   double joint_k = 1, joint_mu = 0;
 
   void start(const SegmentedStart& s) {
+    earth = make_earth_model(c.ellipsoid);
     t = t0 = last_epoch = last_tick = s.t;
     const Rot<Geographic, Ecef> C = geographic_axes(s.place.lat, s.place.lon);
     C_nb = s.C_nb;
@@ -161,24 +164,13 @@ struct SegmentedNavigator::Impl {
     const double dt = sample.t - t;
     if (!(dt > 0)) return;
     const bool same = before.dt > 0 && fabs(before.dt - sample.dt) < 0.01 * sample.dt;
-    const Vec<Body>& a = sample.dtheta;
-    const Vec<Body>& b = sample.dv;
-    Vec<Body> rho = a, dvs = b + 0.5 * cross(a, b) + (1.0 / 6.0) * cross(a, cross(a, b));
-    if (same) {
-      rho = rho + (1.0 / 12.0) * cross(before.dtheta, a);
-      dvs = dvs + (1.0 / 12.0) * (cross(before.dtheta, b) + cross(before.dv, a));
-    }
+    const StepIncrement<double> u = same ? one_sample(before, sample) : one_sample(sample);
     before = sample;
-    const Vec<Ecef> w_ie{0, 0, c.ellipsoid.w_ie};
-    const NormalHeight<double> place = to_normal(c.ellipsoid, r + v * (0.5 * dt));
-    const Vec<Ecef> g = place.n * (-normal_gravity(c.ellipsoid, place.n.z, place.h));
-    const Vec<Ecef> u = to_matrix(q) * dvs;
-    const Vec<Ecef> first = u - (0.5 * dt) * cross(w_ie, u);
-    Vec<Ecef> v1 = v + first + dt * (g - 2.0 * cross(w_ie, v));
-    v1 = v + first + dt * (g - cross(w_ie, v + v1));
-    q = normalized(exp_rotation<Ecef, Ecef>(w_ie * (-dt)) * q * exp_rotation<Body, Body>(rho));
-    r = r + 0.5 * dt * (v + v1);
-    v = v1;
+    const EcefState<double> after = EcefMechanization::to_ecef(
+        earth, step(earth, EcefMechanization::from_ecef(earth, EcefState<double>{r, v, q}), u));
+    q = normalized(after.q_eb);
+    r = after.r;
+    v = after.v;
     t = sample.t;
     // The vertical channel follows the dead reckoning.
     const NormalHeight<double> n = to_normal(c.ellipsoid, r);
@@ -200,7 +192,7 @@ struct SegmentedNavigator::Impl {
                             dt;
     forward_time += dt;
     C_nb = now;
-    f_sum = f_sum + now * b;
+    f_sum = f_sum + now * sample.dv;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) C_sum.m[i][j] += now.m[i][j] * dt;
     sum_time += dt;
