@@ -403,6 +403,7 @@ Drive read_drive(const std::string& path, const std::vector<std::string>& sets) 
   if (!std::isfinite(d.start.lat) && !d.start.has_state && !d.benchmarks.empty()) {
     // interface.md: the default position is the first benchmark.
     const Benchmark& b = d.benchmarks.front().point;
+    d.start.from_benchmark = true;
     d.start.lat = b.lat;
     d.start.lon = b.lon;
     if (!std::isfinite(d.start.h)) d.start.h = b.h;

@@ -57,6 +57,7 @@ struct NamedBenchmark {
 struct StartSection {
   bool present = false;
   double t = kNone, lat = kNone, lon = kNone, h = kNone;     // rad, m
+  bool from_benchmark = false;                               // the position is the first benchmark's
   std::optional<std::string> alignment_kind;                 // "static", "swaying", "gyrocompass", "stored" …
   double alignment_duration = kNone;                         // s
   double heading = kNone, pitch = kNone, roll = kNone;       // rad, attitude = { … }
