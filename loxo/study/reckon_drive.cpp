@@ -111,7 +111,7 @@ StartPoint start_of(const Drive& drive) {
   if (std::isfinite(s.lat) && std::isfinite(s.lon))
     return {s.lat, s.lon, std::isfinite(s.h) ? s.h : 0.0};
   if (s.has_state) {
-    const auto g = from_ecef(drive.ellipsoid, Point<Ecef>{s.r[0], s.r[1], s.r[2]});
+    const auto g = to_geodetic(drive.ellipsoid, Point<Ecef>{s.r[0], s.r[1], s.r[2]});
     return {g.lat, g.lon, g.h};
   }
   throw Error(ErrorKind::kInput,
@@ -244,7 +244,7 @@ ReckonResult reckon_drive(const Drive& drive, const ReckonOptions& options,
     sincos(s.pitch, sp, cp);
     const double v = dt > 0 ? ds / options.calibration.k / dt : 0.0;
     row.ve = v * cp * sh, row.vn = v * cp * ch, row.vu = v * sp;
-    row.heading = wrap_two_pi(at.heading());
+    row.heading = wrap_2pi(at.heading());
     row.pitch = s.pitch, row.roll = 0;
     row.qw = row.qx = row.qy = row.qz = kNone;
     row.x = row.y = row.z = kNone;
