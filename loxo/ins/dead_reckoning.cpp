@@ -2,6 +2,7 @@
 #include "loxo/ins/dead_reckoning.hpp"
 
 #include "loxo/earth/rhumb.hpp"
+#include "loxo/num/function_kernels.hpp"
 #include "loxo/num/lanes.hpp"
 #include "loxo/num/units.hpp"
 
@@ -29,7 +30,7 @@ inline void add_compensated(S& hi, S& low, S x) {
 template <Real S>
 inline void latitude_sincos(const ReckonState<S>& state, S& s, S& c) {
   S s0, c0;
-  sincos(state.lat, s0, c0);
+  kernels::sincos(state.lat, s0, c0);
   s = s0 + c0 * state.lat_low;
   c = c0 - s0 * state.lat_low;
 }
@@ -38,8 +39,12 @@ inline void latitude_sincos(const ReckonState<S>& state, S& s, S& c) {
 template <Real S>
 inline void reduce_height(const Ellipsoid& ell, S w2, S w, S h, S& dn, S& de) {
   if (!any(fabs(h) > S(0.0))) return;
-  de = de / (S(1.0) + h * w * S(1.0 / ell.a));
-  dn = dn / (S(1.0) + h * w * w2 * S(1.0 / (ell.a * (1.0 - ell.e2))));
+  const double inverse_a = 1.0 / ell.a;
+  const S e = S(1.0) + h * w * S(inverse_a);
+  const S n = S(1.0) + h * w * w2 * S(inverse_a * (1.0 + ell.ep2));  // 1/(1 - e2) = 1 + ep2
+  const S both = S(1.0) / (e * n);  // one division in a step's longest chain
+  dn = dn * (e * both);
+  de = de * (n * both);
 }
 
 template <Real S>
@@ -65,7 +70,8 @@ StepRates<S> step_exact(const Ellipsoid& ell, ReckonState<S>& state, S dn, S de,
   const S third = S(2.0) * p * p - S(0.5) * e2 * (c * c - s * s) * w2;
   const S second = S(-1.5) * p;
   const S w3 = w2 * w;
-  const S inverse_polar(1.0 / (ell.a * (1.0 - ell.e2)));
+  const double inverse_a = 1.0 / ell.a, inverse_m = inverse_a * (1.0 + ell.ep2);
+  const S inverse_polar(inverse_m);
   const S z = dn * inverse_polar, zh = S(0.5) * z;
   const S d = w3 * z * (one + w * z * (second + w * z * third));
   const S dh = w3 * zh * (one + w * zh * (second + w * zh * third));
@@ -80,7 +86,7 @@ StepRates<S> step_exact(const Ellipsoid& ell, ReckonState<S>& state, S dn, S de,
   const S wm2 = one - e2 * sm * sm;
   const S wm = sqrt(wm2);
   S rate = wm / (S(ell.a) * cm);
-  const S curvature = wm2 * wm2 * S(1.0 / (ell.a * ell.a * (1.0 - ell.e2)));
+  const S curvature = wm2 * wm2 * S(inverse_a * inverse_m);
   const S sr = sm * rate;
   S mean = rate * (one + dn * dn * S(1.0 / 24.0) * (curvature + S(2.0) * sr * sr));
   S dlat = d;
@@ -112,7 +118,7 @@ void step_midpoint(const Ellipsoid& ell, ReckonState<S>& state, S dn, S de, S h)
   latitude_sincos(state, s, c);
   const S dmid = S(0.5) * dn / (meridian_radius(ell, s) + h);
   const S mid = state.lat + (state.lat_low + dmid);
-  sincos(mid, s, c);
+  kernels::sincos(mid, s, c);
   const S dlat = dn / (meridian_radius(ell, s) + h);
   const S dlon = de / ((prime_vertical_radius(ell, s) + h) * c);
   add_compensated(state.lat, state.lat_low, nan_beyond_pole(state.lat + dlat, dlat));
@@ -148,8 +154,8 @@ void step_by(const Ellipsoid& ell, Integrator integrator, ReckonState<S>& state,
 template <Real S>
 GridState<S> grid_start(S lat, S lon) {
   S sl, cl, so, co;
-  sincos(lat, sl, cl);
-  sincos(lon, so, co);
+  kernels::sincos(lat, sl, cl);
+  kernels::sincos(lon, so, co);
   return {{cl * co, cl * so, sl}};
 }
 
@@ -188,7 +194,7 @@ inline Vec<Ecef, S> choose(MaskOf<S> m, const Vec<Ecef, S>& a, const Vec<Ecef, S
 template <Real S>
 void step_grid(const Ellipsoid& ell, bool north, GridState<S>& state, S ds, S grid_heading, S h) {
   S sg, cg;
-  sincos(grid_heading, sg, cg);
+  kernels::sincos(grid_heading, sg, cg);
   if (any(fabs(h) > S(0.0))) {
     // The step's own radius of curvature at its start: 1/r = |dn/ds|.
     const auto rate = grid_rate(ell, north, state.n, cg, sg);
@@ -244,10 +250,10 @@ inline void advance(const Ellipsoid& ell, MechanisedState<S>& state, S ds_rec, S
     state.earth =
         state.earth + S(ell.w_ie) * dt * (sin_latitude(state.recorded) - sin_latitude(state.truth));
   S s, c;
-  sincos(psi_rec, s, c);
+  kernels::sincos(psi_rec, s, c);
   auto rates = step_exact(ell, state.recorded, ds_rec * c, ds_rec * s, h);
   state.chi_recorded = state.chi_recorded + rates.sin_mid * rates.mean_rate * ds_rec * s;
-  sincos(psi, s, c);
+  kernels::sincos(psi, s, c);
   rates = step_exact(ell, state.truth, ds_true * c, ds_true * s, h);
   state.chi_truth = state.chi_truth + rates.sin_mid * rates.mean_rate * ds_true * s;
 }

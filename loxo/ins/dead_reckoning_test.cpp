@@ -43,7 +43,7 @@ double end_error(Integrator integrator, double step) {
 }
 
 TEST(DeadReckoning, ConvergenceTable) {
-  // vehicle.md 1.2; [S0-DR]. One unit of the last printed digit.
+  // vehicle.md 1.2; (V-6), (V-7), (V-8); [S0-DR]. One unit of the last printed digit.
   struct Row {
     double step, start_latitude, digit, midpoint, digit2;
   };
@@ -85,6 +85,23 @@ TEST(DeadReckoning, ShortAndLongStepsMeet) {
     }
 }
 
+TEST(DeadReckoning, LatitudeKnowsNothingOfTheWay) {
+  // (V-10): m is the sum of the northward steps, whatever their order; dlon/dm of D is w'(m)
+  // (V-40).
+  auto a = reckon_start(0.8, 0.2), b = a;
+  for (int i = 0; i < 500; ++i) step_exact(wgs84(), a, 20.0, 0.0, 0.0);
+  for (int i = 0; i < 500; ++i) step_exact(wgs84(), a, 0.0, 40.0, 0.0);
+  for (int i = 0; i < 500; ++i) step_exact(wgs84(), b, 20.0, 40.0, 0.0);
+  EXPECT_NEAR(a.lat, b.lat, 2e-16 * 2);
+  EXPECT_GT(a.lon - b.lon, 1e-6);  // the longitude does
+  auto low = reckon_start(0.8, 0.2), high = low;
+  const auto r0 = step_exact(wgs84(), low, 1000.0, 0.0, 0.0);
+  const auto r1 = step_exact(wgs84(), high, 1002.0, 0.0, 0.0);
+  // d/dn of the mean of w over [0, n] is w'/2 at mid-step, to (n/a)^2; the difference of two rates
+  // of 2e-7 over 2 m holds 1e-16 * 2e-7 / 2.
+  EXPECT_NEAR((r1.mean_rate - r0.mean_rate) / 2.0, 0.5 * r0.slope, 1e-3 * r0.slope);
+}
+
 TEST(DeadReckoning, ThereAndBack) {
   for (double lat : {-70.0, 0.0, 55.0, 89.0})
     for (double step : {0.1, 30.0, 3000.0}) {
@@ -112,7 +129,8 @@ TEST(DeadReckoning, AcrossTheAntimeridianNothingHappens) {
 }
 
 TEST(DeadReckoning, HeightShrinksTheStep) {
-  // East along the equator at height h: dlon = s/(a + h) exactly. North: a small step by M + h.
+  // (V-1), (V-2). East along the equator at height h: dlon = s/(a + h) exactly. North: a small step
+  // by M + h.
   const double h = 1000;
   for (auto i : {Integrator::kExact, Integrator::kMidpoint, Integrator::kStartLatitude}) {
     auto state = reckon_start(0.0, 0.0);
