@@ -237,6 +237,20 @@ TEST(DeadReckoning, MechanisedSimilarityKeepsGeodesicCurvature) {
   EXPECT_NEAR(psi - kPi / 2, 995 * std::tan(40 * deg) / n, 1e-8);  // second order: (s/N)^2
 }
 
+TEST(DeadReckoning, MechanisedEarthRateHasItsSign) {
+  // Due north with k = 2: the reckoner runs ahead, no convergence; psi_rec - psi is
+  // + w INT (sin L_DR - sin L) dt (V-12), with sin L_DR - sin L = cos L s/M to (s/M)^2.
+  auto state = mechanised_start(40 * deg, 0.0);
+  double psi = 0;
+  const int n = 100;
+  for (int i = 0; i < n; ++i)
+    psi = record_mechanised(wgs84(), state, 10.0, 0.0, 2.0, 0.0, 0.0, 1.0);
+  const double ahead = 10.0 * (n - 1) * (n - 2) / 2.0;  // leads at the steps before [m s]
+  const double m = meridian_radius(wgs84(), std::sin(40 * deg));
+  const double expected = wgs84().w_ie * std::cos(40 * deg) * ahead / m;
+  EXPECT_NEAR(psi, expected, 1e-3 * expected);
+}
+
 TEST(DeadReckoning, LanesGiveTheBitsOfDoubles) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(seed);
