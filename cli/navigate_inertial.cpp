@@ -1,11 +1,139 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
 #include "cli/navigate.hpp"
+#include "loxo/earth/geodetic.hpp"
+#include "loxo/log/solution_file.hpp"
 #include "loxo/num/error.hpp"
+#include "loxo/num/units.hpp"
+#include "loxo/study/navigate_drive.hpp"
+#include "loxo/text/csv.hpp"
 
 namespace loxo::cli {
+namespace {
 
-int navigate_inertial(const Globals&, const NavigateOptions& options) {
-  throw Error(ErrorKind::kWork, "mode " + options.mode + " is not built yet");
+const char* vertical_name(VerticalMode v) {
+  switch (v) {
+    case VerticalMode::kFixed:
+      return "fixed";
+    case VerticalMode::kShip:
+      return "ship";
+    case VerticalMode::kExternal:
+      return "external";
+    case VerticalMode::kFree:
+      break;
+  }
+  return "free";
+}
+
+InertialOptions options_of(const NavigateOptions& o, bool binary) {
+  InertialOptions f;
+  f.auto_frame = o.frame == "auto";
+  for (FrameId id : {FrameId::kGeographic, FrameId::kTransverse, FrameId::kGrid, FrameId::kWander,
+                     FrameId::kEcef})
+    if (frame_name(id) == o.frame) f.frame = id;
+  f.meridian = option_quantity(o.meridian, Dimension::kAngle, "--meridian");
+  f.vertical = o.vertical;
+  const double rate = option_quantity(o.output_rate, Dimension::kFrequency, "--output-rate");
+  if (!(rate > 0) || !std::isfinite(rate))
+    throw Error(ErrorKind::kUsage, "the rate must be positive", "--output-rate");
+  f.output_period = binary ? 0.0 : 1.0 / rate;
+  f.force = o.force;
+  return f;
+}
+
+}  // namespace
+
+int navigate_inertial(const Globals& globals, const NavigateOptions& options) {
+  const std::string& path = globals.output;
+  const bool binary = path.size() > 3 && path.rfind(".h5") == path.size() - 3;
+  const InertialOptions o = options_of(options, binary);
+  const Drive drive = read_drive(options.drive, globals.sets);
+  Diagnostics diagnostics = drive.diagnostics;
+  std::unique_ptr<SolutionWriter> writer;
+  if (!path.empty()) {
+    std::map<std::string, std::string> meta = {{"mode", "inertial"},
+                                               {"frame", options.frame},
+                                               {"ellipsoid", drive.ellipsoid.name},
+                                               {"version", LOXO_VERSION},
+                                               {"drive", drive.name}};
+    const std::string input = resolve_path(drive.imu.file, drive.folder);
+    if (drive.imu.present && std::filesystem::is_regular_file(input))
+      meta["input_hash"] = file_hash(input);
+    writer = std::make_unique<SolutionWriter>(path, meta, options.precision);
+  }
+  const InertialResult r = inertial_drive(
+      drive, o,
+      [&](const SolutionRow& row) {
+        if (writer) writer->write(row);
+      },
+      diagnostics);
+  if (writer) writer->commit();  // one that broke keeps what it had
+  print_diagnostics(globals, diagnostics);
+  const Geodetic<double> g = to_geodetic(drive.ellipsoid, r.end.r);
+  if (globals.json) {
+    Json j;
+    j["command"] = "navigate";
+    j["mode"] = "inertial";
+    j["frame"] = options.frame;
+    j["vertical"] = vertical_name(r.vertical);
+    j["rows"] = r.rows;
+    j["imu_samples"] = r.imu_samples;
+    j["begin_s"] = r.begin_t;
+    j["end_s"] = r.end_t;
+    j["duration_s"] = r.end_t - r.begin_t;
+    j["frame_switches"] = r.switches;
+    j["gaps"] = r.gaps;
+    j["longest_gap_s"] = r.longest_gap;
+    if (r.singular_t == r.singular_t) {
+      j["singular_t_s"] = r.singular_t;
+      j["singular_error_m"] = r.singular_error;
+    }
+    j["broken"] = r.broken;
+    const AlignmentReport& a = r.alignment;
+    j["alignment"] = {{"method", a.method},
+                      {"heading_deg", a.heading / deg},
+                      {"heading_std_deg", a.heading_std / deg},
+                      {"std_gyro_deg", a.std_gyro / deg},
+                      {"std_noise_deg", a.std_noise / deg},
+                      {"std_sway_deg", a.std_sway / deg},
+                      {"duration_s", a.duration},
+                      {"note", a.note}};
+    if (!r.broken)
+      j["end"] = {{"lat_deg", g.lat / deg}, {"lon_deg", g.lon / deg}, {"h_m", g.h},
+                  {"x_m", r.end.r.x},       {"y_m", r.end.r.y},       {"z_m", r.end.r.z}};
+    j["diagnostics"] = to_json(diagnostics);
+    print_json(j);
+  } else {
+    const AlignmentReport& a = r.alignment;
+    std::string text = fmt::format(
+        "inertial {}: {} rows over {:.1f} s from {} IMU samples, frame {}, vertical {}\n",
+        drive.name, r.rows, r.end_t - r.begin_t, r.imu_samples, options.frame,
+        vertical_name(r.vertical));
+    if (a.method == "state")
+      text += "start: the state given\n";
+    else
+      text += fmt::format(
+          "start: {}, heading {:.3f} deg +- {:.2g} deg (gyro {:.2g}, noise {:.2g}, "
+          "sway {:.2g}){}{}\n",
+          a.method, a.heading / deg, a.heading_std / deg, a.std_gyro / deg, a.std_noise / deg,
+          a.std_sway / deg, a.note.empty() ? "" : "; ", a.note);
+    if (r.switches > 0) text += fmt::format("frame changed {} times\n", r.switches);
+    if (!r.broken)
+      text += fmt::format("end: {:.7f} deg, {:.7f} deg, {:.2f} m\n", g.lat / deg, g.lon / deg, g.h);
+    say(globals, text);
+  }
+  if (r.broken)
+    throw Error(
+        ErrorKind::kWork,
+        fmt::format("the arithmetic left its domain at t = {:.2f} s; the solution up to there "
+                    "is kept",
+                    r.end_t));
+  return 0;
 }
 
 }  // namespace loxo::cli

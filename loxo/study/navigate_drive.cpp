@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loxo/study/navigate_drive.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include "loxo/earth/attitude.hpp"
+#include "loxo/earth/geodetic.hpp"
+#include "loxo/ins/handover.hpp"
+#include "loxo/num/error.hpp"
+#include "loxo/num/units.hpp"
+#include "loxo/study/filter_start.hpp"
+
+namespace loxo {
+namespace {
+
+bool given(double x) { return x == x; }
+constexpr double kTimeSlack =
+    1e-9;                         // s: a stamp and a multiple of the period that mean the same time
+constexpr double kLongGap = 1.0;  // s: bridged too, but nothing after it is to be trusted
+constexpr double kBridgeStep =
+    0.02;  // s: of the steps across a gap, so that the Earth model is followed
+constexpr double kHeightTau =
+    20.0;  // s: of the loop toward an external height; longer than waves, far below Schuler
+constexpr double kSingularNote = 1e-3;  // m: an estimated error worth telling
+constexpr double kSingularBad = 1.0;    // m: beyond it later rows are not to be trusted
+
+using AnyState =
+    std::variant<State<GeographicMechanization, double>, State<TransverseMechanization, double>,
+                 State<GridMechanization, double>, State<WanderMechanization, double>,
+                 State<EcefMechanization, double>>;
+template <class T>
+struct MechanizationOf;
+template <class M>
+struct MechanizationOf<State<M, double>> {
+  using type = M;
+};
+template <class X>
+using mechanization_of = typename MechanizationOf<std::remove_cvref_t<X>>::type;
+
+EcefState<double> to_ecef_state(const EarthModel& earth, const AnyState& any) {
+  return std::visit([&](const auto& x) { return mechanization_of<decltype(x)>::to_ecef(earth, x); },
+                    any);
+}
+AnyState in_frame(const EarthModel& earth, FrameId frame, const EcefState<double>& e) {
+  switch (frame) {
+    case FrameId::kGeographic:
+      return GeographicMechanization::from_ecef(earth, e);
+    case FrameId::kTransverse:
+      return TransverseMechanization::from_ecef(earth, e);
+    case FrameId::kGrid:
+      return GridMechanization::from_ecef(earth, e);
+    case FrameId::kWander:
+      return WanderMechanization::from_ecef(earth, e);
+    case FrameId::kEcef:
+      break;
+  }
+  return EcefMechanization::from_ecef(earth, e);
+}
+AnyState stepped(const EarthModel& earth, const AnyState& any, const StepIncrement<double>& u) {
+  return std::visit([&](const auto& x) -> AnyState { return step(earth, x, u); }, any);
+}
+double sin_latitude(const EarthModel& earth, const AnyState& any) {
+  return normal_point(earth, to_ecef_state(earth, any).r).n.z;
+}
+bool finite(const EcefState<double>& e) {
+  return std::isfinite(e.r.x + e.r.y + e.r.z) && std::isfinite(e.v.x + e.v.y + e.v.z) &&
+         std::isfinite(e.q_eb.w + e.q_eb.x + e.q_eb.y + e.q_eb.z);
+}
+
+// A height at any time from samples in time order: linear between, the nearest outside.
+class HeightAt {
+ public:
+  explicit HeightAt(std::vector<HeightSample> h) : h_(std::move(h)) {}
+  double operator()(double t) {
+    while (i_ + 1 < h_.size() && h_[i_ + 1].t <= t) ++i_;
+    const HeightSample& a = h_[i_];
+    if (t <= a.t || i_ + 1 == h_.size()) return a.h;
+    const HeightSample& b = h_[i_ + 1];
+    return a.h + (b.h - a.h) * (t - a.t) / (b.t - a.t);
+  }
+  const std::vector<HeightSample>& samples() const { return h_; }
+
+ private:
+  std::vector<HeightSample> h_;
+  std::size_t i_ = 0;
+};
+
+std::vector<HeightSample> heights_of(const Drive& drive, Diagnostics& d) {
+  std::vector<HeightSample> h = read_heights(drive, d);
+  std::erase_if(h, [](const HeightSample& s) { return !std::isfinite(s.t + s.h); });
+  std::stable_sort(h.begin(), h.end(),
+                   [](const HeightSample& a, const HeightSample& b) { return a.t < b.t; });
+  if (h.empty()) throw Error(ErrorKind::kInput, "no height could be read", drive.height.file);
+  return h;
+}
+
+}  // namespace
+
+void require_start(const Drive& drive) {
+  const StartSection& s = drive.start;
+  if (s.has_state || s.alignment_kind || given(s.heading)) return;
+  throw Error(ErrorKind::kInput,
+              "inertial navigation starts from a known state: give [start] with state = { … }, or "
+              "with lat_deg, lon_deg and attitude = { heading, pitch, roll }, or with lat_deg, "
+              "lon_deg and alignment = { kind = \"static\", duration = \"300 s\" }",
+              "start");
+}
+
+namespace {
+
+struct Begin {
+  EcefState<double> state;
+  double t = 0;
+  AlignmentReport report;
+};
+
+Begin begin_of(const Drive& drive, const InertialOptions& o, double interval, double first_t,
+               Diagnostics& d) {
+  require_start(drive);
+  FilterOptions f;
+  f.force = o.force;
+  std::map<std::string, std::string> settings;
+  const NavigatorConfig config = settings_of(drive, f, interval, kNone, false, settings);
+  const FilterStart start = filter_start(drive, f, config, {}, first_t, d);
+  const NominalState& s = start.start.state;
+  return {{s.r, s.v, s.q}, s.t, start.report};
+}
+
+}  // namespace
+
+InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, const RowSink& sink,
+                              Diagnostics& d) {
+  if (!drive.imu.present)
+    throw Error(ErrorKind::kInput,
+                "inertial navigation needs [imu]; a drive with [track] or [attitude] is for --mode "
+                "reckon",
+                drive.path);
+  InertialResult out;
+  const std::string vertical = !o.vertical.empty()    ? o.vertical
+                               : drive.height.present ? "external"
+                                                      : "free";
+  if (vertical == "external" && !drive.height.present)
+    throw Error(ErrorKind::kInput,
+                "an external height needs [height] (file, columns time and height) in the drive; "
+                "without it: --vertical free, fixed or ship",
+                "height");
+  out.vertical = vertical == "external" ? VerticalMode::kExternal
+                 : vertical == "fixed"  ? VerticalMode::kFixed
+                 : vertical == "ship"   ? VerticalMode::kShip
+                                        : VerticalMode::kFree;
+  HeightAt height_at(out.vertical == VerticalMode::kExternal ? heights_of(drive, d)
+                                                             : std::vector<HeightSample>{});
+
+  ImuReader reader(drive, d);
+  ImuIncrement<double> sample;
+  if (!reader.next(sample))
+    throw Error(ErrorKind::kInput, "no IMU sample could be read", drive.imu.file);
+  const double interval = reader.interval();
+  const Begin begin = begin_of(drive, o, interval, sample.t - sample.dt, d);
+  out.alignment = begin.report;
+  out.begin_t = begin.t;
+
+  const EarthModel earth = make_earth_model(drive.ellipsoid, o.meridian);
+  const SwitchRule rule;
+  FrameId frame = o.frame;
+  if (o.auto_frame)
+    frame = frame_wanted(rule, FrameId::kGeographic, normal_point(earth, begin.state.r).n.z);
+  AnyState state = in_frame(earth, frame, begin.state);
+  const double h0 = normal_point(earth, begin.state.r).h;
+  const VerticalGains gains = make_vertical_gains(kHeightTau);
+  double integral = 0;
+  double t = begin.t;
+  std::uint32_t pending = 0, lasting = 0;  // bits of the next row; bits of all rows from here
+
+  auto emit = [&](double at, const EcefState<double>& e) {
+    const Geodetic<double> g = to_geodetic(drive.ellipsoid, e.r);
+    const Rot<Geographic, Ecef> c = geographic_axes(g.lat, g.lon);
+    const Vec<Geographic> v = c * e.v;
+    const Euler<double> a = to_euler(c * to_matrix(e.q_eb));
+    SolutionRow r;
+    r.t = at;
+    r.lat = g.lat, r.lon = g.lon, r.h = g.h;
+    r.ve = v.x, r.vn = v.y, r.vu = v.z;
+    r.roll = a.roll, r.pitch = a.pitch, r.heading = a.heading;
+    r.qw = e.q_eb.w, r.qx = e.q_eb.x, r.qy = e.q_eb.y, r.qz = e.q_eb.z;
+    r.x = e.r.x, r.y = e.r.y, r.z = e.r.z;
+    r.frame = frame;
+    r.health = pending | lasting;
+    pending = 0;
+    ++out.rows;
+    sink(r);
+  };
+  // One step of the loop with everything that belongs to it.
+  auto advance = [&](const StepIncrement<double>& u) {
+    state = stepped(earth, state, u);
+    t += u.dt;
+    std::visit(
+        [&](auto& x) {
+          if (out.vertical == VerticalMode::kFixed || out.vertical == VerticalMode::kShip)
+            x = constrained(x, h0, 0.0);
+          else if (out.vertical == VerticalMode::kExternal)
+            x = damped(x, height_at(t), gains, u.dt, integral);
+          // About 600 (v T/d)^2 m of error where the geographic frame passes a pole at distance d
+          // (polar.md 3.4).
+          const double error = 600.0 * mechanization_of<decltype(x)>::nearness(x, u.dt);
+          if (error > kSingularNote || !(error == error)) {
+            pending |= kHealthSingular;
+            if (!(error <= kSingularBad)) lasting |= kHealthUncovered;
+            if (!(error <= out.singular_error)) {
+              out.singular_error = error;
+              out.singular_t = t;
+            }
+          }
+        },
+        state);
+    if (!finite(to_ecef_state(earth, state))) {
+      out.broken = true;
+      return;
+    }
+    if (!o.auto_frame) return;
+    const FrameId wanted = frame_wanted(rule, frame, sin_latitude(earth, state));
+    if (wanted == frame) return;
+    state = in_frame(earth, wanted, to_ecef_state(earth, state));
+    frame = wanted;
+    pending |= kHealthSwitched;
+    ++out.switches;
+  };
+
+  const double period = o.output_period;
+  long next = 0;  // the next row's multiple of the period
+  if (period > 0) next = static_cast<long>(std::floor(t / period + 1e-6)) + 1;
+  emit(t, begin.state);
+  double last_row = t;
+
+  std::vector<ImuIncrement<double>> held;  // the first of a pair, where it has come
+  ImuIncrement<double> before;             // the sample before the pair
+  bool has_before = false;
+  auto one = [&](const ImuIncrement<double>& a) {
+    return has_before ? one_sample(before, a) : one_sample(a);
+  };
+  // Rows inside (end of the pair so far, a.t]: a copy of the state goes there, the loop itself does
+  // not stop.
+  auto rows_within = [&](const ImuIncrement<double>& a) {
+    while (period > 0 && !out.broken) {
+      const double at = static_cast<double>(next) * period;
+      if (at > a.t - kTimeSlack) return;
+      AnyState copy = state;
+      if (!held.empty()) copy = stepped(earth, copy, one(held.front()));
+      const double part = std::clamp((at - (a.t - a.dt)) / a.dt, 0.0, 1.0);
+      if (part > 0) copy = stepped(earth, copy, one_sample(part_of(a, part)));
+      emit(at, to_ecef_state(earth, copy));
+      last_row = at;
+      ++next;
+    }
+  };
+  // A row that falls on the loop's own time, or on the end of the first of a pair.
+  auto row_at_end = [&](double at) {
+    const double due = period > 0 ? static_cast<double>(next) * period : at;
+    if (out.broken || std::fabs(due - at) > kTimeSlack || (period <= 0 && !held.empty())) return;
+    AnyState copy = state;
+    if (!held.empty()) copy = stepped(earth, copy, one(held.front()));
+    emit(due, to_ecef_state(earth, copy));
+    last_row = due;
+    ++next;
+  };
+  auto flush = [&] {  // an odd sample on its own
+    if (held.empty()) return;
+    const ImuIncrement<double> a = held.front();
+    held.clear();
+    advance(one(a));
+    t = a.t;
+    before = a;
+    has_before = true;
+  };
+  auto take = [&](const ImuIncrement<double>& a) {
+    rows_within(a);
+    if (held.empty()) {
+      held.push_back(a);
+    } else {
+      const ImuIncrement<double> first = held.front();
+      held.clear();
+      advance(two_samples(first, a));
+      t = a.t;  // stamps do not add up their rounding
+      before = a;
+      has_before = true;
+    }
+    row_at_end(a.t);
+  };
+
+  bool more = true;
+  double sample_end = t;  // up to where samples have been taken
+  for (; more && !out.broken; more = reader.next(sample)) {
+    if (!(sample.t > sample_end + kTimeSlack) || !(sample.dt > 0)) continue;
+    const double from = sample.t - sample.dt;
+    if (from < sample_end - kTimeSlack) {  // the start lies inside this sample
+      sample = part_of(sample, (sample.t - sample_end) / sample.dt);
+    } else if (from > sample_end + std::max(kTimeSlack, 0.01 * interval)) {
+      // A hole: bridged with the mean of its neighbours.
+      const double hole = from - sample_end;
+      ++out.gaps;
+      out.longest_gap = std::max(out.longest_gap, hole);
+      const ImuIncrement<double> last =
+          held.empty() ? (has_before ? before : sample) : held.front();
+      flush();
+      const Vec<Body> w = (last.dtheta * (1 / last.dt) + sample.dtheta * (1 / sample.dt)) * 0.5;
+      const Vec<Body> f = (last.dv * (1 / last.dt) + sample.dv * (1 / sample.dt)) * 0.5;
+      const long n = std::max(1L, static_cast<long>(std::ceil(hole / kBridgeStep)));
+      if (hole > kLongGap) lasting |= kHealthUncovered;
+      for (long i = 1; i <= n && !out.broken; ++i) {
+        const double end =
+            i == n ? from : sample_end + hole * static_cast<double>(i) / static_cast<double>(n);
+        pending |= kHealthGap;
+        take(from_mean_rates(end, hole / static_cast<double>(n), w, f));
+        flush();
+      }
+      pending |= kHealthGap;
+      has_before = false;
+    } else if (sample.dt > 1.5 * interval) {  // bridged by the reader
+      ++out.gaps;
+      out.longest_gap = std::max(out.longest_gap, sample.dt);
+      pending |= kHealthGap;
+    }
+    ++out.imu_samples;
+    sample_end = sample.t;
+    take(sample);
+  }
+  flush();
+  out.end_t = t;
+  out.end = to_ecef_state(earth, state);
+  if (!out.broken && t > last_row + kTimeSlack) emit(t, out.end);
+
+  if (out.imu_samples == 0)
+    throw Error(ErrorKind::kInput,
+                fmt::format("no IMU sample after the start at t = {:.3f} s", begin.t),
+                drive.imu.file);
+  if (out.longest_gap > kLongGap)
+    d.bad(
+        "long_gap", "imu",
+        fmt::format("a gap of {:.2f} s was bridged with the mean of its neighbours: the rows after "
+                    "it are not to be trusted",
+                    out.longest_gap));
+  if (out.singular_error > 0 || given(out.singular_t))
+    d.bad("singular", "--frame",
+          fmt::format(
+              "the geographic frame passed close to a pole at t = {:.2f} s; its azimuth turns "
+              "too fast there, error of about {:.3g} m; use --frame auto, transverse, grid, "
+              "wander or ecef",
+              out.singular_t, out.singular_error));
+  const auto& heights = height_at.samples();
+  if (!heights.empty() && (heights.front().t > begin.t + 1 || heights.back().t < t - 1))
+    d.warn(
+        "short_height", "height",
+        fmt::format("heights reach from {:.1f} s to {:.1f} s, the solution from {:.1f} s to {:.1f} "
+                    "s: the nearest is held outside",
+                    heights.front().t, heights.back().t, begin.t, t));
+  return out;
+}
+
+}  // namespace loxo

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+// `loxo navigate --mode inertial` as a user runs it, on drives made of the exact increments of a
+// motion in closed form: over the pole in every frame, and what it says about bad input.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+
+#include "loxo/ins/closed_form_truth.hpp"
+#include "loxo/ins/solution.hpp"
+#include "loxo/num/units.hpp"
+#include "loxo/text/json.hpp"
+#include "program.hpp"
+
+namespace loxo {
+namespace {
+
+namespace fs = std::filesystem;
+using loxo::testing::columns;
+using loxo::testing::number;
+using loxo::testing::run;
+using loxo::testing::slurp;
+
+constexpr double kStep = 0.05;           // s
+constexpr double kPositionLimit = 1e-3;  // m, the program against the truth
+
+struct DriveSpec {
+  std::string imu_extra, start, more;  // "" start: the exact state
+  long hole_from = -1, hole_samples = 0;
+};
+
+std::string number_text(double x) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", x);
+  return text;
+}
+
+fs::path write_drive(const std::string& name, const truth::Motion& m, long samples,
+                     const DriveSpec& spec = {}) {
+  const fs::path folder = fs::path(loxo::testing::scratch_folder()) / name;
+  fs::create_directories(folder);
+  std::ofstream imu(folder / "imu.csv");
+  imu << "t_s,dx,dy,dz,vx,vy,vz\n";
+  long i = 0;
+  for (const auto& s : m.record(kStep, samples)) {
+    const bool lost = i >= spec.hole_from && i < spec.hole_from + spec.hole_samples;
+    ++i;
+    if (lost) continue;
+    imu << number_text(s.t);
+    for (double x : {s.dtheta.x, s.dtheta.y, s.dtheta.z, s.dv.x, s.dv.y, s.dv.z})
+      imu << ',' << number_text(x);
+    imu << '\n';
+  }
+  std::ofstream toml(folder / "drive.toml");
+  toml << "format = 1\nname = \"" << name
+       << "\"\n[imu]\nfile = \"imu.csv\"\nkind = \"increment\"\nstamp = \"end\"\n"
+       << "axes = \"RFU\"\ncolumns = { time = \"t_s\", gyro = [\"dx\", \"dy\", \"dz\"], accel = "
+          "[\"vx\", \"vy\", \"vz\"] }\n"
+       << "units = { gyro = \"rad\", accel = \"m/s\" }\n"
+       << spec.imu_extra << spec.more;
+  if (spec.start == "none") return folder;
+  toml << "[start]\n";
+  if (!spec.start.empty()) {
+    toml << spec.start;
+    return folder;
+  }
+  const auto s = m.at(0).state;
+  toml << "state = { t_s = 0";
+  const std::pair<const char*, double> values[] = {
+      {"x_m", s.r.x},    {"y_m", s.r.y},   {"z_m", s.r.z},   {"vx_mps", s.v.x}, {"vy_mps", s.v.y},
+      {"vz_mps", s.v.z}, {"qw", s.q_eb.w}, {"qx", s.q_eb.x}, {"qy", s.q_eb.y},  {"qz", s.q_eb.z}};
+  for (const auto& [key, value] : values) {
+    std::string text = number_text(value);
+    if (text.find_first_of(".e") == std::string::npos) text += ".0";
+    toml << ", " << key << " = " << text;
+  }
+  toml << " }\n";
+  return folder;
+}
+
+truth::Motion over_the_pole(double seconds, double speed) {
+  auto m = truth::great_circle(wgs84(), 90 * deg, 25 * deg, 0, speed);
+  m.arc0 = -0.5 * seconds * m.rate;
+  m.roll = 2 * deg, m.pitch = 1 * deg, m.yaw = 1 * deg;
+  return m;
+}
+
+struct Ran {
+  int code = -1;
+  std::string err, out;
+  std::map<std::string, std::vector<std::string>> table;
+  std::string text;
+};
+Ran navigate(const fs::path& folder, const std::string& arguments) {
+  const std::string solution = (folder / "solution.csv").string();
+  fs::remove(solution);
+  const auto o =
+      run("navigate " + folder.string() + " --mode inertial -o " + solution + " " + arguments);
+  Ran r{o.exit_code, o.err, o.out, {}, slurp(solution)};
+  r.table = columns(r.text);
+  return r;
+}
+double end_error(const Ran& r, const truth::Motion& m) {
+  if (r.table.count("t_s") == 0 || r.table.at("t_s").empty()) return kNone;
+  auto last = [&](const char* name) { return number(r.table.at(name).back()); };
+  const auto s = m.at(last("t_s")).state;
+  return std::hypot(last("x_m") - s.r.x, last("y_m") - s.r.y, last("z_m") - s.r.z);
+}
+
+// polar.md 3.4, [NAV-T]: two minutes of a weaving ship exactly over the pole, height held.
+TEST(InertialProgram, OverThePoleInEveryRegularFrame) {
+  const auto m = over_the_pole(120, 15);
+  const fs::path folder =
+      write_drive("inertial_pole", m, 2401);  // an odd number: the last stands alone
+  for (const std::string frame : {"transverse", "grid", "wander", "ecef", "auto"}) {
+    const Ran r = navigate(folder, "--frame " + frame + " --vertical fixed --output-rate 1Hz");
+    ASSERT_EQ(r.code, 0) << r.err;
+    std::printf("%s: %.2g m\n", frame.c_str(), end_error(r, m));
+    EXPECT_LT(end_error(r, m), kPositionLimit) << frame;
+    ASSERT_EQ(r.table.at("t_s").size(), 122u) << frame;  // 0 … 120 s and the last at 120.05 s
+    EXPECT_EQ(number(r.table.at("t_s")[7]), 7.0);
+    EXPECT_NEAR(number(r.table.at("t_s").back()), 120.05, 1e-9);
+    EXPECT_EQ(r.table.at("frame")[60], frame == "auto" ? "transverse" : frame);
+    EXPECT_NE(r.text.find("# mode: inertial"), std::string::npos);
+    EXPECT_NE(r.text.find("# input_hash: "), std::string::npos);
+  }
+}
+
+// The rows between the loop's own steps: at a rate that no step meets they lie on the truth as
+// well.
+TEST(InertialProgram, RowsStandOnWholeMultiplesAndDoNotDisturbTheLoop) {
+  const auto m = over_the_pole(60, 15);
+  const fs::path folder = write_drive("inertial_rates", m, 1200);
+  const Ran slow = navigate(folder, "--frame ecef --vertical fixed --output-rate 1Hz");
+  const Ran odd = navigate(folder, "--frame ecef --vertical fixed --output-rate 7Hz");
+  ASSERT_EQ(odd.code, 0) << odd.err;
+  EXPECT_EQ(slow.table.at("x_m").back(), odd.table.at("x_m").back());
+  ASSERT_EQ(odd.table.at("t_s").size(), 421u);
+  for (std::size_t i = 0; i < 421; ++i) {
+    const double t = number(odd.table.at("t_s")[i]);
+    EXPECT_NEAR(t, static_cast<double>(i) / 7.0, 1e-9);
+    const auto s = m.at(t).state;
+    EXPECT_NEAR(number(odd.table.at("x_m")[i]), s.r.x, kPositionLimit);
+    EXPECT_NEAR(number(odd.table.at("y_m")[i]), s.r.y, kPositionLimit);
+  }
+}
+
+// polar.md 3.4: up at 80 deg, back at 78 deg. Along the meridian 25 E through both borders, fast.
+TEST(InertialProgram, AutoChangesTheFrameBothWays) {
+  auto m = truth::great_circle(wgs84(), 79.9 * deg, 25 * deg, 0, 1000);
+  const Ran up = navigate(write_drive("inertial_up", m, 800),
+                          "--frame auto --vertical fixed --output-rate 10Hz");
+  ASSERT_EQ(up.code, 0) << up.err;
+  auto down_motion = truth::great_circle(wgs84(), 80.1 * deg, 25 * deg, kPi, 4000);
+  const Ran down = navigate(write_drive("inertial_down", down_motion, 1800),
+                            "--frame auto --vertical fixed --output-rate 10Hz");
+  ASSERT_EQ(down.code, 0) << down.err;
+  EXPECT_EQ(up.table.at("frame").front(), "geographic");
+  EXPECT_EQ(up.table.at("frame").back(), "transverse");
+  EXPECT_EQ(down.table.at("frame").front(), "transverse");
+  EXPECT_EQ(down.table.at("frame").back(), "geographic");
+  int switched = 0;
+  for (std::size_t i = 1; i < up.table.at("frame").size(); ++i) {
+    const bool changed = up.table.at("frame")[i] != up.table.at("frame")[i - 1];
+    const auto health = static_cast<unsigned>(number(up.table.at("health")[i]));
+    EXPECT_EQ(changed, (health & kHealthSwitched) != 0);
+    switched += changed;
+    if (changed) {
+      EXPECT_NEAR(number(up.table.at("lat_deg")[i]), 80.0, 0.002);
+    }
+  }
+  EXPECT_EQ(switched, 1);
+  for (std::size_t i = 1; i < down.table.at("frame").size(); ++i)
+    if (down.table.at("frame")[i] != down.table.at("frame")[i - 1]) {
+      EXPECT_NEAR(number(down.table.at("lat_deg")[i]), 78.0, 0.005);
+    }
+  EXPECT_LT(end_error(up, m), kPositionLimit);
+}
+
+// [NAV-G]: the geographic frame cannot; it says so, and no number is missing in silence.
+TEST(InertialProgram, GeographicOverThePoleSaysSo) {
+  const auto m = over_the_pole(60, 15);
+  const Ran r = navigate(write_drive("inertial_geographic", m, 1200),
+                         "--frame geographic --vertical fixed --json");
+  EXPECT_NE(r.err.find("pole"), std::string::npos) << r.err;
+  bool marked = false;
+  for (std::size_t i = 0; i < r.table.at("health").size(); ++i) {
+    const auto health = static_cast<unsigned>(number(r.table.at("health")[i]));
+    marked = marked || (health & kHealthSingular) != 0;
+    if (!(health & kHealthDomain)) {
+      EXPECT_TRUE(std::isfinite(number(r.table.at("x_m")[i])));
+    }
+  }
+  EXPECT_TRUE(marked);
+}
+
+TEST(InertialProgram, AGapIsBridgedAndMarked) {
+  auto m = truth::great_circle(wgs84(), 50 * deg, 10 * deg, 40 * deg, 10);
+  DriveSpec spec;
+  spec.hole_from = 200, spec.hole_samples = 10;  // from 10.00 s to 10.50 s
+  const Ran r =
+      navigate(write_drive("inertial_gap", m, 600, spec), "--vertical fixed --output-rate 10Hz");
+  ASSERT_EQ(r.code, 0) << r.err;
+  int marked = 0;
+  for (std::size_t i = 0; i < r.table.at("health").size(); ++i) {
+    const bool gap = (static_cast<unsigned>(number(r.table.at("health")[i])) & kHealthGap) != 0;
+    marked += gap;
+    if (gap) {
+      EXPECT_NEAR(number(r.table.at("t_s")[i]), 10.3, 0.35);
+    }
+  }
+  EXPECT_GE(marked, 5);
+  EXPECT_LT(end_error(r, m), 0.01);  // the motion is steady: the bridge is almost exact
+}
+
+TEST(InertialProgram, BadInputIsRefusedWithTheReason) {
+  auto m = truth::great_circle(wgs84(), 50 * deg, 10 * deg, 40 * deg, 10);
+  const fs::path good = write_drive("inertial_good", m, 200);
+  Ran r = navigate(good, "--vertical external");
+  EXPECT_EQ(r.code, 3);
+  EXPECT_NE(r.err.find("[height]"), std::string::npos) << r.err;
+  EXPECT_EQ(navigate(good, "--frame galactic").code, 2);
+  EXPECT_EQ(navigate(good, "--meridian 5m").code, 2);
+  EXPECT_EQ(navigate(good, "--output-rate 0Hz").code, 2);
+  DriveSpec bare;
+  bare.start = "lat_deg = 50.0\nlon_deg = 10.0\n";
+  r = navigate(write_drive("inertial_bare", m, 200, bare), "");
+  EXPECT_EQ(r.code, 3);
+  EXPECT_NE(r.err.find("alignment"), std::string::npos) << r.err;
+  bare.start = "none";
+  EXPECT_EQ(navigate(write_drive("inertial_nothing", m, 200, bare), "").code, 3);
+}
+
+// estimation.md 4.5: at the pole the gyros do not know the heading; refused, with what would help.
+TEST(InertialProgram, AlignmentAtThePoleIsRefused) {
+  auto m = truth::great_circle(wgs84(), 89.9999 * deg, 0, 0, 0);
+  DriveSpec spec;
+  spec.start =
+      "lat_deg = 89.9999\nlon_deg = 0.0\nh_m = 0.0\nalignment = { kind = \"static\", duration = "
+      "\"60 s\" }\n";
+  spec.imu_extra = "errors = { gyro_bias = \"0.01 deg/h\", gyro_noise = \"0.001 deg/sqrt(h)\" }\n";
+  const Ran r = navigate(write_drive("inertial_align_pole", m, 2000, spec), "");
+  EXPECT_EQ(r.code, 1);
+  EXPECT_NE(r.err.find("latitude"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("heading"), std::string::npos) << r.err;
+}
+
+// vertical: external follows the height given, ship and fixed hold the start's.
+TEST(InertialProgram, ExternalHeightHoldsTheVerticalChannel) {
+  auto m = truth::great_circle(wgs84(), 50 * deg, 10 * deg, 40 * deg, 10);
+  m.heave = 2, m.heave_period = 300;
+  DriveSpec spec;
+  spec.more = "[height]\nfile = \"height.csv\"\ncolumns = { time = \"t_s\", height = \"h_m\" }\n";
+  const fs::path folder = write_drive("inertial_height", m, 2400, spec);
+  {
+    std::ofstream heights(folder / "height.csv");
+    heights << "t_s,h_m\n";
+    for (int i = 0; i <= 120; ++i) heights << i << ',' << number_text(m.at(i).h) << '\n';
+  }
+  const Ran r = navigate(folder, "--output-rate 1Hz --json");
+  ASSERT_EQ(r.code, 0) << r.err;
+  EXPECT_EQ(Json::parse(r.out)["vertical"], "external");
+  EXPECT_NEAR(number(r.table.at("h_m").back()), m.at(120).h, 0.01);
+  const Ran ship = navigate(folder, "--vertical ship --output-rate 1Hz");
+  EXPECT_NEAR(number(ship.table.at("h_m").back()), m.at(0).h, 1e-6);
+}
+
+}  // namespace
+}  // namespace loxo
