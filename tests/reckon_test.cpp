@@ -216,6 +216,14 @@ TEST(Reckon, OdometerWithAttitude) {
   const auto truth = rhumb_direct(wgs84(), 55 * deg, 110 * deg, 30 * deg, 1000.0);
   EXPECT_LT(apart(end.lat, end.lon, truth.lat, truth.lon), kClosedForm);
   EXPECT_EQ(number(end.table.at("t_s").front()), 0.0);
+  // A mounting that the drive declares is taken out.
+  const std::string turned = folder + "/turned.csv";
+  std::ofstream(turned) << "t_s,heading_deg,pitch_deg,roll_deg\n-1,35,2,0\n101,35,2,0\n";
+  const End known = reckon(folder,
+                           "--set 'odometer.mounting={ heading = \"5 deg\", pitch = \"2 deg\" }' "
+                           "--set attitude.file=" +
+                               turned);
+  EXPECT_LT(apart(known.lat, known.lon, truth.lat, truth.lon), kClosedForm);
 }
 
 TEST(Reckon, AMechanisedLog) {

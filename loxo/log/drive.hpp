@@ -151,7 +151,7 @@ class ImuReader {
 std::vector<OdometerTick> read_odometer(const Drive& drive, Diagnostics& diagnostics);
 std::vector<AttitudeSample> read_attitude(const Drive& drive, Diagnostics& diagnostics);
 // The track's rows; or, without [track], built from [odometer] + [attitude]: one step between odometer stamps,
-// heading and pitch at mid-step. Scale and heading offset already known are taken out.
+// heading and pitch at mid-step. Scale, heading offset and mounting already known are taken out.
 std::vector<TrackStep> read_track(const Drive& drive, Diagnostics& diagnostics);
 std::vector<Fix> read_fixes(const Drive& drive, Diagnostics& diagnostics);
 std::vector<HeadingSample> read_headings(const Drive& drive, Diagnostics& diagnostics);

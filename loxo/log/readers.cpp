@@ -275,8 +275,9 @@ std::vector<TrackStep> read_track(const Drive& drive, Diagnostics& d) {
     s.t = ticks[i].t;
     s.row = static_cast<std::uint32_t>(i + 1);
     s.ds = ticks[i].is_speed ? 0.5 * (ticks[i - 1].value + ticks[i].value) * dt : ticks[i].value;
-    s.heading = a.heading + u * wrap_pi(b.heading - a.heading);
-    s.pitch = a.pitch + u * (b.pitch - a.pitch);
+    // The way's direction: the body's without the declared mounting (indicated - true).
+    s.heading = a.heading + u * wrap_pi(b.heading - a.heading) - drive.odometer_mounting_heading;
+    s.pitch = a.pitch + u * (b.pitch - a.pitch) - drive.odometer_mounting_pitch;
     out.push_back(s);
   }
   if (outside > 0)

@@ -243,7 +243,7 @@ ReckonResult reckon_drive(const Drive& drive, const ReckonOptions& options,
     sincos(at.heading(), sh, ch);
     sincos(s.pitch, sp, cp);
     const double v = dt > 0 ? ds / options.calibration.k / dt : 0.0;
-    row.ve = v * cp * sh, row.vn = v * cp * ch, row.vu = v * sp;
+    row.ve = v * cp * sh + 0.0, row.vn = v * cp * ch + 0.0, row.vu = v * sp + 0.0;  // no -0
     row.heading = wrap_2pi(at.heading());
     row.pitch = s.pitch, row.roll = 0;
     row.qw = row.qx = row.qy = row.qz = kNone;
