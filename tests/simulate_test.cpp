@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// `loxo simulate`: what it writes reads back, and error-free it navigates home.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "loxo/ins/strapdown.hpp"
+#include "loxo/log/drive.hpp"
+#include "loxo/study/scenario.hpp"
+#include "program.hpp"
+
+namespace loxo::testing {
+namespace {
+
+TEST(Simulate, ListNamesTheScenariosThatStandInTheExamples) {
+  const Outcome list = run("simulate --list");
+  ASSERT_EQ(list.exit_code, 0) << list.err;
+  std::size_t files = 0;
+  for (const auto& s : ready_scenarios()) {
+    EXPECT_NE(list.out.find(s.name), std::string::npos) << s.name;
+    EXPECT_EQ(slurp(std::string(LOXO_SOURCE_DIR) + "/examples/scenarios/" + s.name + ".toml"),
+              s.toml)
+        << s.name;
+  }
+  for (const auto& f :
+       std::filesystem::directory_iterator(std::string(LOXO_SOURCE_DIR) + "/examples/scenarios"))
+    files += f.path().extension() == ".toml";
+  EXPECT_EQ(files, ready_scenarios().size());
+}
+
+TEST(Simulate, WhatCannotBeIsRefusedWithTheNearestName) {
+  const std::string out = scratch_folder() + "/no-drive";
+  const Outcome name = run("simulate straigt-road -o " + out);
+  EXPECT_EQ(name.exit_code, 2);
+  EXPECT_NE(name.err.find("straight-road"), std::string::npos) << name.err;
+  const Outcome key = run("simulate straight-road --set imu.gyr_bias='\"1 deg/h\"' -o " + out);
+  EXPECT_EQ(key.exit_code, 3);
+  EXPECT_NE(key.err.find("gyro_bias"), std::string::npos) << key.err;
+  EXPECT_EQ(run("simulate straight-road --set imu.gyro_bias='\"1 deg/hh\"' -o " + out).exit_code,
+            3);
+  EXPECT_EQ(run("simulate straight-road --set imu.gyro_bias=1 -o " + out).exit_code, 3);
+  EXPECT_EQ(run("simulate straight-road").exit_code, 2);
+  EXPECT_EQ(run("simulate").exit_code, 2);
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST(Simulate, TheSameSeedIsTheSameDrive) {
+  const std::string a = scratch_folder() + "/seed-a", b = scratch_folder() + "/seed-b",
+                    c = scratch_folder() + "/seed-c";
+  ASSERT_EQ(run("simulate straight-road --seed 5 -o " + a).exit_code, 0);
+  ASSERT_EQ(run("simulate straight-road --seed 5 -o " + b).exit_code, 0);
+  ASSERT_EQ(run("simulate straight-road --seed 6 -o " + c).exit_code, 0);
+  EXPECT_EQ(slurp(a + "/imu.csv"), slurp(b + "/imu.csv"));
+  EXPECT_NE(slurp(a + "/imu.csv"), slurp(c + "/imu.csv"));
+}
+
+// 1e-3 m in ten minutes: the wanted closure of an error-free drive that is written, read back and
+// navigated in ECEF.
+TEST(Simulate, ErrorFreeTheDriveNavigatesBackToItsReference) {
+  for (const std::string name :
+       {"over-the-pole", "city-drive", "around-the-pole", "south-pole", "antimeridian"}) {
+    const std::string folder = scratch_folder() + "/exact-" + name;
+    const Outcome made =
+        run("simulate " + name +
+            " --set imu.gyro_bias='\"0 deg/h\"' --set imu.gyro_noise='\"0 deg/sqrt(h)\"' --set "
+            "imu.accel_bias='\"0 ug\"' --set imu.accel_noise='\"0 ug/sqrt(Hz)\"' -o " +
+            folder);
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    const Drive drive = read_drive(folder);
+    Diagnostics diagnostics;
+    const EarthModel earth = make_earth_model(drive.ellipsoid);
+    const auto& s = drive.start;
+    auto x =
+        EcefMechanization::from_ecef(earth, EcefState<double>{{s.r[0], s.r[1], s.r[2]},
+                                                              {s.v[0], s.v[1], s.v[2]},
+                                                              {s.q[0], s.q[1], s.q[2], s.q[3]}});
+    ImuReader reader(drive, diagnostics);
+    ImuIncrement<double> u, before;
+    for (bool first = true; reader.next(u); first = false, before = u)
+      x = step<EcefMechanization>(earth, x, first ? one_sample(u) : one_sample(before, u));
+    const auto end = read_reference(drive, diagnostics).rows.back();
+    EXPECT_NEAR(end.t, u.t, 1e-9) << name;
+    EXPECT_LT(std::hypot(x.position.r.x - end.x, x.position.r.y - end.y, x.position.r.z - end.z),
+              1e-3)
+        << name;
+    EXPECT_FALSE(read_track(drive, diagnostics).empty()) << name;
+  }
+}
+
+}  // namespace
+}  // namespace loxo::testing
