@@ -98,10 +98,16 @@ StepRates<S> step_exact(const Ellipsoid& ell, ReckonState<S>& state, S dn, S de,
     const S m1 = meridian_arc(ell, lat0) + dn;
     const S quarter(ell.quarter_meridian);
     const S bad = select(fabs(m1) > quarter, S(kNone), S(0.0));
-    const S lat1 = latitude_of_arc(ell, select(fabs(m1) > quarter, S(0.0), m1)) + bad;
+    // Up to 2 km the latitude keeps its series, also beside the pole: a difference of two arcs
+    // would lose 1e-9 m every time.
+    const auto is_far = fabs(dn) > S(kShortStep);
+    if (any(is_far))
+      dlat =
+          select(is_far, latitude_of_arc(ell, select(fabs(m1) > quarter, S(0.0), m1)) - lat0, dlat);
+    dlat = select(is_long, dlat + bad, dlat);
+    const S lat1 = lat0 + dlat;
     const S mean_long = isometric_divided_difference(ell, lat0, lat1);
     const S mid = S(0.5) * (lat0 + lat1);
-    dlat = select(is_long, lat1 - lat0, dlat);
     mean = select(is_long, mean_long, mean);
     sm = select(is_long, sin(mid), sm);
     rate = select(is_long, isometric_rate(ell, mid), rate);
