@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/command.hpp"
+#include "cli/calibrate.hpp"
+
 #include "loxo/num/error.hpp"
 
 namespace loxo::cli {
 
 void add_calibrate(CLI::App& app, Globals& globals) {
-  add_command(app, globals, "calibrate", "(not built yet)", "loxo calibrate", [] () -> int {
-    throw Error(ErrorKind::kWork, "calibrate is not built yet");
-  });
+  auto* sub = add_command(app, globals, "calibrate", "scale and mounting angles of a vehicle",
+                          "loxo calibrate DRIVE", []() -> int {
+                            throw Error(ErrorKind::kUsage,
+                                        "calibrate needs a drive, or 'points' or 'plan'");
+                          });
+  add_calibrate_points(*sub, globals);
 }
 
 }  // namespace loxo::cli

@@ -148,7 +148,9 @@ int run_table(const Globals& globals, const std::string& command, const std::str
         if (!std::isfinite(result[i])) reason = job.outputs[i] + ": not defined here";
       }
     }
-    if (reason.empty()) {
+    const auto defined = [](double x) { return std::isfinite(x); };
+    if (reason.empty() || (job.partial && std::any_of(result.begin(), result.end(), defined))) {
+      if (!reason.empty()) bad.add(file + ":" + std::to_string(reader.line()), reason);
       ++good;
     } else {
       std::fill(result.begin(), result.end(), std::numeric_limits<double>::quiet_NaN());

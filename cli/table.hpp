@@ -30,6 +30,8 @@ struct TableJob {
   // Fills `out`; returns "" or the reason why this row cannot be computed (its outputs become nan).
   // Inputs are finite numbers; an output left NaN without a reason is told as "not defined here".
   std::function<std::string(std::span<const double> in, std::span<double> out)> row;
+  // Some outputs may be nan with a reason while the others stand (methods side by side).
+  bool partial = false;
 };
 
 // Reads `path` ("-" or empty: standard input), runs the job row by row at constant memory, writes
