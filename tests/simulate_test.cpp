@@ -88,5 +88,44 @@ TEST(Simulate, ErrorFreeTheDriveNavigatesBackToItsReference) {
   }
 }
 
+TEST(Simulate, ATrueCourseThroughThePoleIsRefused) {
+  const std::string file = scratch_folder() + "/through.toml", out = scratch_folder() + "/through";
+  std::ofstream(file)
+      << "[start]\nlat_deg = 89.99\nlon_deg = 0\ncourse = \"0 deg\"\nspeed = \"20 m/s\"\n"
+         "[[leg]]\nduration = \"100 s\"\npath = \"course\"\n";
+  const Outcome refused = run("simulate " + file + " -o " + out);
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.err.find("straight"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+// interface.md, "Signs and words": k = indicated / true distance, eps = indicated course - true
+// course.
+TEST(Simulate, TheTrackSaysTrueDistanceTimesKAndCoursePlusEps) {
+  for (const std::string kind : {"distance", "pulses"}) {
+    const std::string folder = scratch_folder() + "/track-" + kind;
+    ASSERT_EQ(run("simulate straight-road --set odometer.k=1.2 --set odometer.scale_noise=0 --set "
+                  "odometer.kind='\"" +
+                  kind +
+                  "\"' --set attitude.heading_bias='\"0 deg\"' --set attitude.heading_noise='\"0 "
+                  "deg/sqrt(h)\"' --set "
+                  "mounting.heading='\"-2 deg\"' -o " +
+                  folder)
+                  .exit_code,
+              0);
+    const Drive drive = read_drive(folder);
+    Diagnostics diagnostics;
+    const auto track = read_track(drive, diagnostics);
+    double way = 0;
+    for (const auto& s : track) way += s.ds;
+    // 11400 m: 540 s of 20 m/s and two halves of 30 s; a pulse is 0.01 m.
+    EXPECT_NEAR(way, 1.2 * 11400, kind == "pulses" ? 0.011 : 1e-6);
+    ASSERT_FALSE(track.empty());
+    // At 20 m/s and 45 N a tenth of a second's way turns the meridian by 1e-5 deg at most.
+    EXPECT_NEAR(track.front().heading / 0.017453292519943295, 33, 1e-5);
+    EXPECT_EQ(drive.benchmarks.size(), 2u);
+  }
+}
+
 }  // namespace
 }  // namespace loxo::testing

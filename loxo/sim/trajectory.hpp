@@ -47,7 +47,7 @@ struct Truth {
 
 // Walks along the trajectory. The only approximation is the Runge-Kutta step: local error (rate
 // dt)^5 / 120, below rounding at 10 ms and vehicle rates. A true course is not defined at a pole:
-// there the truth is NaN.
+// doors refuse it there.
 class TrajectoryWalk {
  public:
   explicit TrajectoryWalk(const Trajectory& trajectory);
@@ -55,6 +55,7 @@ class TrajectoryWalk {
   // (w dt)^6 / 2e6.
   ImuIncrement<double> to(double t);
   Truth truth() const;
+  bool true_course() const { return !command(t_).straight; }  // the leg under way
 
  private:
   struct State {

@@ -189,7 +189,14 @@ Scenario read_scenario(const std::string& path_or_name, const std::vector<std::s
   read_path(t, s.trajectory);
   read_sensors(t, s);
   t.refuse_unknown();
+  for (const Leg& leg : s.trajectory.legs)
+    if (!(std::fabs(leg.speed) <= 1e4))
+      refuse("expected a speed of at most 10 km/s, found " + std::to_string(leg.speed) + " m/s",
+             t.where("leg"));
   const double samples = s.trajectory.duration() * s.imu.rate;
+  if (samples < 2)
+    refuse("expected legs of two IMU samples or more, found " + std::to_string(samples),
+           t.where("imu"));
   if (samples > 2e8)
     refuse("expected at most 200 million IMU samples, found " + std::to_string(samples),
            t.where("imu"));

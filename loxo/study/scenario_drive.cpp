@@ -7,6 +7,7 @@
 
 #include "loxo/earth/attitude.hpp"
 #include "loxo/log/solution_file.hpp"
+#include "loxo/num/error.hpp"
 #include "loxo/num/random.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/study/scenario.hpp"
@@ -80,6 +81,10 @@ class Errors {
  private:
   std::string text_;
 };
+
+// Nearer to a pole than this a drive of constant true course is refused: it would turn once round
+// in a second or so.
+constexpr double kPoleCap = 10;  // m
 
 // Every how many IMU samples a slower sensor speaks.
 long every(double imu_rate, double rate) { return std::max(1L, std::lround(imu_rate / rate)); }
@@ -241,6 +246,18 @@ SimulatedDrive write_scenario(const Scenario& s, const std::string& folder,
     if (!speaks) continue;
     const Truth truth = walk.truth();
     const SolutionRow row = row_of(earth, truth);
+    if (!(std::fabs(truth.h) < 1e5) || !std::isfinite(truth.state.v.x))
+      throw Error(
+          ErrorKind::kInput,
+          fmt::format("the trajectory is lost at {} s: expected a vehicle near the ground", num(t)),
+          s.name);
+    if (walk.true_course() && std::hypot(truth.state.r.x, truth.state.r.y) < kPoleCap)
+      throw Error(ErrorKind::kInput,
+                  fmt::format("the leg keeps a true course, which a pole does not have, and passes "
+                              "one within {} m at {} s; "
+                              "expected path = \"straight\"",
+                              num(kPoleCap), num(t)),
+                  s.name);
     if (i % reference_every == 0 || i == n) reference.write(row);
     if (s.odometer.present && i > 0 && i % odometer_every == 0) {
       const double noise =
