@@ -8,6 +8,8 @@
 
 #include "loxo/earth/attitude.hpp"
 #include "loxo/earth/geodetic.hpp"
+#include "loxo/earth/gravity.hpp"
+#include "loxo/ins/alignment.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 
