@@ -15,6 +15,7 @@
 #include "loxo/num/units.hpp"
 #include "loxo/text/json.hpp"
 #include "program.hpp"
+#include "shared_folder.hpp"
 
 namespace loxo {
 namespace {
@@ -267,6 +268,70 @@ TEST(InertialProgram, ExternalHeightHoldsTheVerticalChannel) {
   EXPECT_NEAR(number(r.table.at("h_m").back()), m.at(120).h, 0.01);
   const Ran ship = navigate(folder, "--vertical ship --output-rate 1Hz");
   EXPECT_NEAR(number(ship.table.at("h_m").back()), m.at(0).h, 1e-6);
+}
+
+// estimation.md 4.2 as a user meets it: a base that sways by a degree, heading found from the
+// start's alignment.
+TEST(InertialProgram, SwayingBaseIsAligned) {
+  auto m = truth::great_circle(wgs84(), 34 * deg, 110 * deg, 0, 0);
+  m.heading = 100 * deg;
+  m.roll = 1 * deg, m.pitch = 0.5 * deg, m.yaw = 0.5 * deg;
+  DriveSpec spec;
+  spec.start =
+      "t_s = 0.0\nlat_deg = 34.0\nlon_deg = 110.0\nh_m = 0.0\nalignment = { kind = \"swaying\", "
+      "duration = \"150 s\" }\n";
+  spec.imu_extra = "errors = { gyro_bias = \"0.01 deg/h\", gyro_noise = \"0.001 deg/sqrt(h)\" }\n";
+  const Ran r = navigate(write_drive("inertial_sway", m, 3400, spec),
+                         "--vertical fixed --output-rate 1Hz --json");
+  ASSERT_EQ(r.code, 0) << r.err;
+  const Json j = Json::parse(r.out);
+  EXPECT_EQ(j["alignment"]["method"], "inertial_frame");
+  EXPECT_NEAR(number(r.table.at("t_s").front()), 150.0, 0.06);
+  // The increments are exact: what is left is the second-order turn within 50 ms samples, far below
+  // the 0.05 deg sigma.
+  const auto s = m.at(number(r.table.at("t_s").front())).state;
+  const double half = std::fabs(
+      s.q_eb.w * number(r.table.at("qw").front()) + s.q_eb.x * number(r.table.at("qx").front()) +
+      s.q_eb.y * number(r.table.at("qy").front()) + s.q_eb.z * number(r.table.at("qz").front()));
+  EXPECT_LT(2 * std::acos(std::min(1.0, half)), 0.01 * deg);
+  DriveSpec brief = spec;
+  brief.start.replace(brief.start.find("150 s"), 5, "50 s");
+  EXPECT_EQ(navigate(write_drive("inertial_sway_short", m, 3400, brief), "").code, 1);
+}
+
+// Recorded: a standing vehicle with people getting in and out; 90.6 deg by its producer. Whole and
+// in pieces of 300 s.
+TEST(InertialProgram, RecordedSwayingVehicleIsAligned) {
+  const std::string data = loxo::testing::shared_folder("data");
+  if (!fs::is_regular_file(data + "/static_lasergyro_a/imu.csv.gz"))
+    GTEST_SKIP() << "static_lasergyro_a is not there";
+  const std::string toml =
+      slurp(std::string(LOXO_SOURCE_DIR) + "/examples/drives/static_lasergyro_a/drive.toml");
+  const fs::path file = fs::path(loxo::testing::scratch_folder()) / "lasergyro.toml";
+  auto heading = [&](int from, int duration) {
+    std::string text = toml;
+    text.replace(text.find("t_s = 0.0"), 9, "t_s = " + std::to_string(from) + ".0");
+    text.replace(text.find("900 s\""), 6, std::to_string(duration) + " s\"");
+    text.replace(text.find("data:"), 5, data + "/");
+    std::ofstream(file) << text;
+    const auto o = run("navigate " + file.string() + " --mode inertial --json");
+    EXPECT_EQ(o.exit_code, 0) << o.err;
+    return Json::parse(o.out)["alignment"]["heading_deg"].get<double>();
+  };
+  const double whole = heading(0, 900);
+  double sum = 0, square = 0;
+  for (int from : {0, 300, 600}) {
+    const double h = heading(from, 300);
+    std::printf("300 s from %d s: %.3f deg\n", from, h);
+    sum += h, square += (h - whole) * (h - whole);
+  }
+  const double mean = sum / 3,
+               scatter =
+                   std::sqrt(std::max(0.0, (square - 3 * (mean - whole) * (mean - whole)) / 2));
+  std::printf("900 s: %.3f deg; pieces %.3f deg, scatter %.3f deg\n", whole, mean, scatter);
+  EXPECT_NEAR(whole, 90.60, 0.15);
+  EXPECT_NEAR(mean, 90.60, 0.15);
+  EXPECT_LT(scatter, 0.05);
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ struct SensorReport {
   InnovationCount count;
 };
 struct AlignmentReport {
-  std::string method;                   // static, attitude, state, two_step, gyrocompass
+  std::string method;                   // static, inertial_frame, attitude, state, stored, two_step
   double heading = 0, heading_std = 0;  // rad
   double std_gyro = 0, std_noise = 0, std_sway = 0;  // what the sigma is made of, rad
   double duration = 0;                               // s used

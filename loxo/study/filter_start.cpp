@@ -434,6 +434,31 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
   }
 }
 
+namespace {
+
+// The inertial-frame method over (begin, end]; t: where it ended.
+struct FollowedStart {
+  InertialFrameAlignment alignment;
+  double t;
+};
+FollowedStart followed_start(const Drive& drive, double lat, double h, double begin, double end) {
+  Diagnostics told_before;
+  ImuReader reader(drive, told_before);
+  FollowedStart out{{lat, drive.ellipsoid.w_ie, normal_gravity(drive.ellipsoid, std::sin(lat), h)},
+                    begin};
+  for (ImuIncrement<double> s; reader.next(s) && s.t <= end + 1e-9;) {
+    if (s.t - s.dt < begin - 1e-9 || !(s.dt > 0)) continue;
+    out.alignment.add(s);
+    out.t = s.t;
+  }
+  return out;
+}
+
+// Below it the velocities are too short and the means are used (estimation.md 4.2).
+constexpr double kShortestFollowed = 100.0;  // s
+
+}  // namespace
+
 FilterStart filter_start(const Drive& drive, const FilterOptions& o, const NavigatorConfig& config,
                          const DriveMeasurements& m, double first_imu_t, Diagnostics& d) {
   const Ellipsoid& ell = drive.ellipsoid;
@@ -499,7 +524,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
       }
     const double duration = or_else(st.alignment_duration, attitude ? 300.0 : 300.0);
     if (!moving_start) b.rest = standing_start(drive, t0, duration, until, d);
-    const double T = b.rest.end - b.rest.begin;
+    double T = b.rest.end - b.rest.begin;
     double slat, clat;
     sincos(lat, slat, clat);
     const double wn = ell.w_ie * clat;
@@ -534,10 +559,39 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
       b.report.std_gyro = config.gyro_bias / wn;
       b.report.std_noise = config.gyro_noise / (std::sqrt(T) * wn);
       b.report.std_sway = std::sqrt(2.0) * b.rest.sway_angle / (T * wn);
-      const double sigma = std::hypot(b.report.std_gyro, b.report.std_noise, b.report.std_sway);
+      double sigma = std::hypot(b.report.std_gyro, b.report.std_noise, b.report.std_sway);
       const Vec<Body> e = e0 * (1 / norm(e0)), n = cross(u, e);
       double heading = wrap_2pi(std::atan2(e.y, n.y));
       b.report.method = "static";
+      // 4.2: the gyros follow the base; a swaying one gives its level as well, at rest the mean is
+      // better.
+      const bool swaying = st.alignment_kind && *st.alignment_kind == "swaying";
+      const double end = swaying ? std::min(t0 + duration, until) : b.rest.end;
+      Rot<Geographic, Body> level{};
+      double level_std = 0.003 * deg, end_t = b.rest.end;
+      if (end - b.rest.begin >= kShortestFollowed) {
+        const FollowedStart f = followed_start(drive, lat, h, b.rest.begin, end);
+        const HeadingSigma s0 =
+            f.alignment.sigma({config.gyro_bias, config.gyro_noise, config.accel_noise});
+        if (f.alignment.duration() >= kShortestFollowed &&
+            (swaying || s0.total() < kRefusedHeading)) {
+          T = f.alignment.duration();
+          b.report.std_gyro = s0.gyro_bias;
+          b.report.std_noise = std::hypot(s0.gyro_noise, s0.accel_noise);
+          b.report.std_sway = s0.sway;
+          sigma = s0.total();
+          level = f.alignment.attitude();
+          heading = to_euler(level).heading;
+          end_t = swaying ? f.t : end_t;
+          level_std = std::hypot(level_std, swaying ? 0.25 * config.gyro_bias * T : 0.0);
+          b.report.method = "inertial_frame";
+        }
+      } else if (swaying) {
+        throw Error(ErrorKind::kWork,
+                    fmt::format("alignment on a swaying base needs {:.0f} s, found {:.1f} s",
+                                kShortestFollowed, end - b.rest.begin),
+                    "start.alignment");
+      }
       b.report.heading_std = sigma;
       bool from_gyros = true;
       if (given(st.heading)) {  // a stored heading beside the static level
@@ -572,11 +626,13 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
         }
       }
       b.report.heading = heading;
-      s.q = to_quaternion(transpose(C_ge) * level_attitude(b.rest.mean_f, heading));
-      s.t = b.rest.end;
+      const bool followed = swaying && b.report.method == "inertial_frame";
+      s.q = to_quaternion(transpose(C_ge) *
+                          (followed ? level : level_attitude(b.rest.mean_f, heading)));
+      s.t = end_t;
       const double random =
           from_gyros ? std::hypot(b.report.std_noise, b.report.std_sway) : b.report.heading_std;
-      alignment_covariance(ell, s, config.gyro_bias, config.accel_bias, 0.003 * deg, random,
+      alignment_covariance(ell, s, config.gyro_bias, config.accel_bias, level_std, random,
                            from_gyros, P);
       // At rest on a known place the mean rate less Earth's is the bias; that is the filter's work
       // (ZARU), not done twice.

@@ -333,10 +333,16 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
   out.end = to_ecef_state(earth, state);
   if (!out.broken && t > last_row + kTimeSlack) emit(t, out.end);
 
-  if (out.imu_samples == 0)
-    throw Error(ErrorKind::kInput,
-                fmt::format("no IMU sample after the start at t = {:.3f} s", begin.t),
-                drive.imu.file);
+  if (out.imu_samples == 0) {
+    if (!(out.alignment.duration > 0))
+      throw Error(ErrorKind::kInput,
+                  fmt::format("no IMU sample after the start at t = {:.3f} s", begin.t),
+                  drive.imu.file);
+    d.warn("alignment_only", "start.alignment",
+           fmt::format(
+               "the alignment took all samples up to t = {:.2f} s: the solution is its one row",
+               begin.t));
+  }
   if (out.longest_gap > kLongGap)
     d.bad(
         "long_gap", "imu",
