@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `loxo allan`: Allan deviation of a log at rest and the noise coefficients behind it, in data-sheet units.
+// `loxo allan`: Allan deviation of a log at rest and the noise coefficients behind it, in
+// data-sheet units.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,23 +30,27 @@ struct Axis {
 };
 
 // A drive (its [imu]) or a table with t_s and gx gy gz ax ay az in SI.
-double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axes, Diagnostics& diagnostics, double& spread) {
+double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axes,
+                 Diagnostics& diagnostics, double& spread) {
   namespace fs = std::filesystem;
   std::vector<double> batch[6];
   double interval = 0, previous = 0, norm_sum = 0, norm_square = 0;
   std::size_t count = 0;
-  const bool drive_given = fs::is_directory(path) || path.ends_with(".toml") || path.ends_with(".h5");
+  const bool drive_given =
+      fs::is_directory(path) || path.ends_with(".toml") || path.ends_with(".h5");
   std::vector<int> channel;
   const auto flush = [&] {
-    for (std::size_t i = 0; i < axes.size(); ++i) axes[i].stream.add(batch[static_cast<std::size_t>(channel[i])]);
+    for (std::size_t i = 0; i < axes.size(); ++i)
+      axes[i].stream.add(batch[static_cast<std::size_t>(channel[i])]);
     for (auto& b : batch) b.clear();
   };
   const auto start = [&](double dt, const std::vector<int>& present) {
-    static const char* const kName[6] = {"gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"};
+    static const char* const kName[6] = {"gyro_x",  "gyro_y",  "gyro_z",
+                                         "accel_x", "accel_y", "accel_z"};
     channel = present;
     for (int c : present) axes.push_back({kName[c], c < 3, AllanStream(dt, kind)});
   };
-  const auto take = [&](const double (&v)[6]) {
+  const auto take = [&](const double(&v)[6]) {
     for (int c = 0; c < 6; ++c) batch[c].push_back(v[c]);
     const double f = std::sqrt(v[3] * v[3] + v[4] * v[4] + v[5] * v[5]);
     norm_sum += f;
@@ -83,7 +88,8 @@ double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axe
     std::size_t gaps = 0;
     while (reader.next(row, diagnostics)) {
       if (std::any_of(row.begin(), row.end(), [](double x) { return !std::isfinite(x); })) {
-        diagnostics.bad("nan", path + ":" + std::to_string(reader.line()), "a number expected in every column used; row left out");
+        diagnostics.bad("nan", path + ":" + std::to_string(reader.line()),
+                        "a number expected in every column used; row left out");
         continue;
       }
       double v[6]{};
@@ -96,23 +102,32 @@ double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axe
         if (steps.size() == 1000) {
           std::nth_element(steps.begin(), steps.begin() + 500, steps.end());
           interval = steps[500];
-          if (!(interval > 0)) throw Error(ErrorKind::kInput, "time must increase; the median step is " + std::to_string(interval) + " s", path);
+          if (!(interval > 0))
+            throw Error(ErrorKind::kInput,
+                        "time must increase; the median step is " + std::to_string(interval) + " s",
+                        path);
           start(interval, present);
           for (const auto& h : head) take({h[0], h[1], h[2], h[3], h[4], h[5]});
         }
         continue;
       }
       if (row[0] <= previous) {
-        diagnostics.bad("time_back", path + ":" + std::to_string(reader.line()), "time does not increase; row left out");
+        diagnostics.bad("time_back", path + ":" + std::to_string(reader.line()),
+                        "time does not increase; row left out");
         continue;
       }
       if (row[0] - previous > 1.5 * interval && gaps++ < 1000000)
-        diagnostics.warn("gap", path + ":" + std::to_string(reader.line()),
-                         fmt::format("{:.6g} s without samples, taken as contiguous; averaging times beyond it suffer", row[0] - previous));
+        diagnostics.warn(
+            "gap", path + ":" + std::to_string(reader.line()),
+            fmt::format(
+                "{:.6g} s without samples, taken as contiguous; averaging times beyond it suffer",
+                row[0] - previous));
       previous = row[0];
       take(v);
     }
-    if (interval == 0) throw Error(ErrorKind::kInput, fmt::format("at least 1001 rows expected, found {}", head.size()), path);
+    if (interval == 0)
+      throw Error(ErrorKind::kInput,
+                  fmt::format("at least 1001 rows expected, found {}", head.size()), path);
   }
   flush();
   if (count > 0) {
@@ -124,16 +139,24 @@ double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axe
 
 int run(const Globals& globals, const Options& o) {
   AllanKind kind = AllanKind::kAllan;
-  if (o.kind == "modified") kind = AllanKind::kModified;
-  else if (o.kind == "hadamard") kind = AllanKind::kHadamard;
-  else if (o.kind != "allan") throw Error(ErrorKind::kUsage, "'" + o.kind + "' is not known; valid: allan, modified, hadamard", "--kind");
-  const double tau_max = o.tau_max.empty() ? 1e300 : option_quantity(o.tau_max, Dimension::kTime, "--tau-max");
+  if (o.kind == "modified")
+    kind = AllanKind::kModified;
+  else if (o.kind == "hadamard")
+    kind = AllanKind::kHadamard;
+  else if (o.kind != "allan")
+    throw Error(ErrorKind::kUsage,
+                "'" + o.kind + "' is not known; valid: allan, modified, hadamard", "--kind");
+  const double tau_max =
+      o.tau_max.empty() ? 1e300 : option_quantity(o.tau_max, Dimension::kTime, "--tau-max");
   Diagnostics diagnostics;
   std::vector<Axis> axes;
   double spread = 0;
   const double dt = read_into(o.log, kind, axes, diagnostics, spread);
   if (spread > 0.5)
-    diagnostics.warn("not_at_rest", o.log, fmt::format("the specific force scatters by {:.3g} m/s^2 rms: this log does not look at rest, coefficients describe the motion too", spread));
+    diagnostics.warn("not_at_rest", o.log,
+                     fmt::format("the specific force scatters by {:.3g} m/s^2 rms: this log does "
+                                 "not look at rest, coefficients describe the motion too",
+                                 spread));
 
   Json json;
   json["command"] = "allan";
@@ -142,12 +165,18 @@ int run(const Globals& globals, const Options& o) {
   json["samples"] = axes[0].stream.samples();
   Json result = Json::object();
   std::string csv = "axis,tau_s,deviation,deviation_std,windows\n";
-  say(globals, fmt::format("{} samples at {:.6g} Hz ({:.4g} h)", axes[0].stream.samples(), 1 / dt, static_cast<double>(axes[0].stream.samples()) * dt / 3600));
+  say(globals, fmt::format("{} samples at {:.6g} Hz ({:.4g} h)", axes[0].stream.samples(), 1 / dt,
+                           static_cast<double>(axes[0].stream.samples()) * dt / 3600));
   for (auto& axis : axes) {
     auto points = axis.stream.points(4);
-    points.erase(std::remove_if(points.begin(), points.end(), [&](const AllanPoint& p) { return p.tau > tau_max; }), points.end());
+    points.erase(std::remove_if(points.begin(), points.end(),
+                                [&](const AllanPoint& p) { return p.tau > tau_max; }),
+                 points.end());
     if (points.size() < 6)
-      throw Error(ErrorKind::kInput, fmt::format("the log is too short: {} averaging times fit, at least 6 are needed", points.size()), o.log);
+      throw Error(ErrorKind::kInput,
+                  fmt::format("the log is too short: {} averaging times fit, at least 6 are needed",
+                              points.size()),
+                  o.log);
     Json a;
     a["mean"] = axis.stream.mean();
     if (kind == AllanKind::kAllan) {
@@ -172,18 +201,27 @@ int run(const Globals& globals, const Options& o) {
       a["chi2"] = fit.chi2;
       a["dof"] = fit.dof;
       const auto v = [&](int i, double unit) {
-        return fmt::format("{:.4g} +- {:.2g}", fit.value[static_cast<std::size_t>(i)] / unit, fit.std[static_cast<std::size_t>(i)] / unit);
+        return fmt::format("{:.4g} +- {:.2g}", fit.value[static_cast<std::size_t>(i)] / unit,
+                           fit.std[static_cast<std::size_t>(i)] / unit);
       };
       if (axis.gyro)
-        say(globals, fmt::format("  {:<8} angle random walk {} deg/sqrt(h)   bias instability {} deg/h   rate random walk {} deg/h/sqrt(h)", axis.name,
-                                 v(AllanFit::kRandomWalk, deg_per_sqrt_h), v(AllanFit::kBiasInstability, deg_per_h), v(AllanFit::kRateRandomWalk, deg_per_h / 60.0)));
+        say(globals, fmt::format("  {:<8} angle random walk {} deg/sqrt(h)   bias instability {} "
+                                 "deg/h   rate random walk {} deg/h/sqrt(h)",
+                                 axis.name, v(AllanFit::kRandomWalk, deg_per_sqrt_h),
+                                 v(AllanFit::kBiasInstability, deg_per_h),
+                                 v(AllanFit::kRateRandomWalk, deg_per_h / 60.0)));
       else
-        say(globals, fmt::format("  {:<8} velocity random walk {} m/s/sqrt(h)   bias instability {} ug", axis.name,
-                                 v(AllanFit::kRandomWalk, mps_per_sqrt_h), v(AllanFit::kBiasInstability, ug)));
+        say(globals,
+            fmt::format("  {:<8} velocity random walk {} m/s/sqrt(h)   bias instability {} ug",
+                        axis.name, v(AllanFit::kRandomWalk, mps_per_sqrt_h),
+                        v(AllanFit::kBiasInstability, ug)));
     }
     Json list = Json::array();
     for (const auto& p : points) {
-      list.push_back({{"tau_s", p.tau}, {"deviation", p.deviation}, {"deviation_std", p.deviation_std}, {"windows", p.windows}});
+      list.push_back({{"tau_s", p.tau},
+                      {"deviation", p.deviation},
+                      {"deviation_std", p.deviation_std},
+                      {"windows", p.windows}});
       csv += axis.name;
       for (double x : {p.tau, p.deviation, p.deviation_std, static_cast<double>(p.windows)}) {
         csv += ',';
@@ -210,9 +248,12 @@ int run(const Globals& globals, const Options& o) {
 
 void add_allan(CLI::App& app, Globals& globals) {
   auto o = std::make_shared<Options>();
-  auto* sub = add_command(app, globals, "allan", "Allan deviation of a log at rest, noise coefficients with their errors, in data-sheet units",
-                          "loxo allan imu.csv.gz --json", [&globals, o]() -> int { return run(globals, *o); });
-  sub->add_option("LOG", o->log, "a drive, or a table with t_s,gx,gy,gz,ax,ay,az in SI")->required();
+  auto* sub = add_command(
+      app, globals, "allan",
+      "Allan deviation of a log at rest, noise coefficients with their errors, in data-sheet units",
+      "loxo allan imu.csv.gz --json", [&globals, o]() -> int { return run(globals, *o); });
+  sub->add_option("LOG", o->log, "a drive, or a table with t_s,gx,gy,gz,ax,ay,az in SI")
+      ->required();
   sub->add_option("--kind", o->kind, "allan (with fit), modified, hadamard");
   sub->add_option("--tau-max", o->tau_max, "longest averaging time, as 1000s");
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `loxo analyze`: how errors move. static: the exact response of a system at rest; roots: its characteristic roots.
+// `loxo analyze`: how errors move. static: the exact response of a system at rest; roots: its
+// characteristic roots.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -38,8 +39,8 @@ int run_static_table(const Globals& globals, const Options& o) {
   const bool neglect = o.neglect_foucault;
   return run_table(globals, "analyze static", o.table, [ell, neglect](const TableHeader&) {
     TableJob job;
-    job.inputs = {"tlat_deg",    "tlon_deg",    "t_s",          "dve0_mps",     "dvn0_mps",
-                  "phie0_rad",   "phin0_rad",   "phiu0_rad",    "dtlat0_rad",   "dtlon0_rad",
+    job.inputs = {"tlat_deg",     "tlon_deg",     "t_s",         "dve0_mps",    "dvn0_mps",
+                  "phie0_rad",    "phin0_rad",    "phiu0_rad",   "dtlat0_rad",  "dtlon0_rad",
                   "nabla_e_mps2", "nabla_n_mps2", "eps_e_radps", "eps_n_radps", "eps_u_radps"};
     job.outputs = {"dve_mps",  "dvn_mps",   "phie_rad", "phin_rad",
                    "phiu_rad", "dtlat_rad", "dtlon_rad"};
@@ -63,11 +64,14 @@ int run_static_table(const Globals& globals, const Options& o) {
 
 StaticSite site_of(const Options& o, const Ellipsoid& ell) {
   if (o.lat.empty())
-    throw Error(ErrorKind::kUsage, "where does the system stand? --lat (and --lon) with a unit, or --table FILE", "--lat");
+    throw Error(ErrorKind::kUsage,
+                "where does the system stand? --lat (and --lon) with a unit, or --table FILE",
+                "--lat");
   const double lat = option_quantity(o.lat, Dimension::kAngle, "--lat");
   const double lon = o.lon.empty() ? 0.0 : option_quantity(o.lon, Dimension::kAngle, "--lon");
   const double lon0 = option_quantity(o.meridian, Dimension::kAngle, "--meridian");
-  if (!(std::fabs(lat) <= 90 * deg)) throw Error(ErrorKind::kUsage, "latitude within +-90 deg expected, found " + o.lat, "--lat");
+  if (!(std::fabs(lat) <= 90 * deg))
+    throw Error(ErrorKind::kUsage, "latitude within +-90 deg expected, found " + o.lat, "--lat");
   const auto t = to_transverse(lat, lon, lon0);
   StaticSite site;
   if (o.frame == "transverse") {
@@ -79,7 +83,9 @@ StaticSite site_of(const Options& o, const Ellipsoid& ell) {
   } else if (o.frame == "wander") {
     site = wander_site(ell, lat, 0.0);
   } else {
-    throw Error(ErrorKind::kUsage, "'" + o.frame + "' is not known; valid: transverse, grid, wander, geographic", "--frame");
+    throw Error(ErrorKind::kUsage,
+                "'" + o.frame + "' is not known; valid: transverse, grid, wander, geographic",
+                "--frame");
   }
   site.neglect_foucault = o.neglect_foucault;
   return site;
@@ -92,7 +98,8 @@ int run_static(const Globals& globals, const Options& o) {
   const double duration = option_quantity(o.duration, Dimension::kTime, "--duration");
   const double step = option_quantity(o.step, Dimension::kTime, "--step");
   if (!(duration > 0 && step > 0 && duration / step <= 1e7))
-    throw Error(ErrorKind::kUsage, "a positive duration and step expected, at most 1e7 steps", "--step");
+    throw Error(ErrorKind::kUsage, "a positive duration and step expected, at most 1e7 steps",
+                "--step");
   const auto size = [&](const std::string& text, Dimension d, const char* option) {
     const double x = text.empty() ? 0.0 : option_quantity(text, d, option);
     if (!std::isfinite(x)) throw Error(ErrorKind::kUsage, "a finite number expected", option);
@@ -130,7 +137,8 @@ int run_static(const Globals& globals, const Options& o) {
   add("position_e", &StaticInputs::dlon0, position * std::sqrt(site.kee * site.knn) / site.cos_lat);
   if (sources.empty())
     throw Error(ErrorKind::kUsage,
-                "no error given: --gyro-bias 0.001deg/h, --accel-bias 10ug, --tilt 30arcsec, --velocity 0.01m/s, --position 10m");
+                "no error given: --gyro-bias 0.001deg/h, --accel-bias 10ug, --tilt 30arcsec, "
+                "--velocity 0.01m/s, --position 10m");
   StaticInputs all;
   for (const auto& s : sources) {
     all.eps_e += s.in.eps_e, all.eps_n += s.in.eps_n, all.eps_u += s.in.eps_u;
@@ -151,7 +159,9 @@ int run_static(const Globals& globals, const Options& o) {
   json["roots_radps"] = {roots.earth, roots.low, roots.high};
   Json table = Json::array();
   if (!globals.quiet && !globals.json && globals.output != "-")
-    say(globals, fmt::format("{:<12}{:>14}{:>14}{:>12}{:>12}{:>12}{:>14}", "largest of", "north [m]", "east [m]", "dv [m/s]", "level ['']", "azimuth ['']", "end [m]"));
+    say(globals,
+        fmt::format("{:<12}{:>14}{:>14}{:>12}{:>12}{:>12}{:>14}", "largest of", "north [m]",
+                    "east [m]", "dv [m/s]", "level ['']", "azimuth ['']", "end [m]"));
   for (std::size_t k = 0; k < responses.size(); ++k) {
     double north = 0, east = 0, dv = 0, level = 0, azimuth = 0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -165,19 +175,26 @@ int run_static(const Globals& globals, const Options& o) {
       azimuth = std::max(azimuth, std::fabs(x[4]));
     }
     const auto end = responses[k].position(duration);
-    table.push_back({{"source", sources[k].name}, {"north_max_m", north}, {"east_max_m", east}, {"velocity_max_mps", dv},
-                     {"level_max_arcsec", level / arcsec}, {"azimuth_max_arcsec", azimuth / arcsec},
-                     {"north_end_m", end[0]}, {"east_end_m", end[1]}});
+    table.push_back({{"source", sources[k].name},
+                     {"north_max_m", north},
+                     {"east_max_m", east},
+                     {"velocity_max_mps", dv},
+                     {"level_max_arcsec", level / arcsec},
+                     {"azimuth_max_arcsec", azimuth / arcsec},
+                     {"north_end_m", end[0]},
+                     {"east_end_m", end[1]}});
     if (globals.output != "-")
-      say(globals, fmt::format("{:<12}{:>14.4g}{:>14.4g}{:>12.4g}{:>12.4g}{:>12.4g}{:>14.4g}", sources[k].name, north, east, dv,
-                               level / arcsec, azimuth / arcsec, std::hypot(end[0], end[1])));
+      say(globals, fmt::format("{:<12}{:>14.4g}{:>14.4g}{:>12.4g}{:>12.4g}{:>12.4g}{:>14.4g}",
+                               sources[k].name, north, east, dv, level / arcsec, azimuth / arcsec,
+                               std::hypot(end[0], end[1])));
   }
   json["sources"] = table;
   if (!globals.output.empty()) {
     std::vector<std::array<std::vector<double>, 7>> series(responses.size());
     static_series(responses, 0.0, step, n, series);
     OutputFile file(globals.output);
-    std::string text = "t_s,source,dve_mps,dvn_mps,phie_rad,phin_rad,phiu_rad,dlat_rad,dlon_rad,north_m,east_m\n";
+    std::string text =
+        "t_s,source,dve_mps,dvn_mps,phie_rad,phin_rad,phiu_rad,dlat_rad,dlon_rad,north_m,east_m\n";
     for (std::size_t k = 0; k < responses.size(); ++k)
       for (std::size_t i = 0; i < n; ++i) {
         const double t = step * static_cast<double>(i);
@@ -221,7 +238,8 @@ int run_roots(const Globals& globals, const Options& o) {
     return 0;
   }
   const auto line = [&](const char* name, double x) {
-    say(globals, fmt::format("  {:<22} +-j {:.12g} rad/s   period {:.6g} min", name, x, 2 * kPi / x / 60));
+    say(globals,
+        fmt::format("  {:<22} +-j {:.12g} rad/s   period {:.6g} min", name, x, 2 * kPi / x / 60));
   };
   say(globals, fmt::format("characteristic roots on {} (and zero):", ell.name));
   line("Earth rate", roots.earth);
@@ -234,7 +252,8 @@ void add_site_options(CLI::App* sub, const std::shared_ptr<Options>& o) {
   sub->add_option("--earth", o->earth, "sphere (R 6371000 m, g 9.8 m/s^2) or an ellipsoid");
   sub->add_option("--lat", o->lat, "latitude, as 89.9deg");
   sub->add_option("--lon", o->lon, "longitude, as 45deg");
-  sub->add_option("--meridian", o->meridian, "reference meridian of the transverse and grid frames");
+  sub->add_option("--meridian", o->meridian,
+                  "reference meridian of the transverse and grid frames");
   sub->add_option("--frame", o->frame, "transverse, grid, wander, geographic");
   sub->add_flag("--neglect-foucault", o->neglect_foucault, "the papers' form");
 }
@@ -242,16 +261,18 @@ void add_site_options(CLI::App* sub, const std::shared_ptr<Options>& o) {
 }  // namespace
 
 void add_analyze(CLI::App& app, Globals& globals) {
-  auto* analyze = add_command(app, globals, "analyze", "error propagation: exact responses at rest, roots",
-                              "loxo analyze static --lat 89.9deg --lon 45deg --gyro-bias 0.001deg/h", []() -> int {
-                                throw Error(ErrorKind::kUsage, "analyze what? static, roots", "analyze");
-                              });
+  auto* analyze = add_command(
+      app, globals, "analyze", "error propagation: exact responses at rest, roots",
+      "loxo analyze static --lat 89.9deg --lon 45deg --gyro-bias 0.001deg/h",
+      []() -> int { throw Error(ErrorKind::kUsage, "analyze what? static, roots", "analyze"); });
   auto o = std::make_shared<Options>();
-  auto* rest = add_subcommand(*analyze, globals, "static", "the exact response of an inertial system at rest",
-                              "loxo analyze static --lat 89.9deg --lon 45deg --gyro-bias 0.001deg/h -o response.csv",
-                              [&globals, o]() -> int { return run_static(globals, *o); });
+  auto* rest = add_subcommand(
+      *analyze, globals, "static", "the exact response of an inertial system at rest",
+      "loxo analyze static --lat 89.9deg --lon 45deg --gyro-bias 0.001deg/h -o response.csv",
+      [&globals, o]() -> int { return run_static(globals, *o); });
   add_site_options(rest, o);
-  rest->add_option("--table", o->table, "one case a row ('-': standard input); columns as documented");
+  rest->add_option("--table", o->table,
+                   "one case a row ('-': standard input); columns as documented");
   rest->add_option("--duration", o->duration, "how long, as 24h");
   rest->add_option("--step", o->step, "row distance of -o, as 60s");
   rest->add_option("--gyro-bias", o->gyro_bias, "on each axis in turn, as 0.001deg/h");
@@ -260,8 +281,10 @@ void add_analyze(CLI::App& app, Globals& globals) {
   rest->add_option("--velocity", o->velocity, "initial velocity error, as 0.01m/s");
   rest->add_option("--position", o->position, "initial position error, as 10m");
   auto r = std::make_shared<Options>();
-  auto* roots = add_subcommand(*analyze, globals, "roots", "characteristic roots of an inertial system at rest",
-                               "loxo analyze roots --lat 30deg --earth sphere", [&globals, r]() -> int { return run_roots(globals, *r); });
+  auto* roots = add_subcommand(*analyze, globals, "roots",
+                               "characteristic roots of an inertial system at rest",
+                               "loxo analyze roots --lat 30deg --earth sphere",
+                               [&globals, r]() -> int { return run_roots(globals, *r); });
   add_site_options(roots, r);
 }
 

@@ -29,14 +29,16 @@ void add_globals(CLI::App* app, Globals& g) {
   app->add_flag("--quiet", g.quiet, "no words but errors");
   app->add_flag("-v,--verbose", g.verbose, "say more");
   app->set_config("--config", "", "read option values from FILE (TOML)");
-  app->add_option("--set", g.sets, "key=value: replaces a key of the drive, scenario or campaign")->allow_extra_args(false);
+  app->add_option("--set", g.sets, "key=value: replaces a key of the drive, scenario or campaign")
+      ->allow_extra_args(false);
   app->add_option("--seed", g.seed, "seed of the random numbers");
   app->add_option("-o,--output", g.output, "output PATH ('-': standard output)");
 }
 
 // The names CLI11 knows at the place where parsing failed, for "did you mean".
 void known_names(const CLI::App* app, std::vector<std::string>& names) {
-  for (const auto* sub : app->get_subcommands([](const CLI::App*) { return true; })) names.push_back(sub->get_name());
+  for (const auto* sub : app->get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(sub->get_name());
   for (const auto* option : app->get_options()) {
     for (const auto& n : option->get_lnames()) names.push_back("--" + n);
     for (const auto& n : option->get_snames()) names.push_back("-" + n);
@@ -57,13 +59,15 @@ std::string first_word_after_colon(const std::string& message) {
 
 }  // namespace
 
-CLI::App* add_command(CLI::App& app, Globals& globals, const std::string& name, const std::string& job,
-                      const std::string& example, std::function<int()> run) {
+CLI::App* add_command(CLI::App& app, Globals& globals, const std::string& name,
+                      const std::string& job, const std::string& example,
+                      std::function<int()> run) {
   return add_subcommand(app, globals, name, job, example, std::move(run));
 }
 
-CLI::App* add_subcommand(CLI::App& parent, Globals& globals, const std::string& name, const std::string& job,
-                         const std::string& example, std::function<int()> run) {
+CLI::App* add_subcommand(CLI::App& parent, Globals& globals, const std::string& name,
+                         const std::string& job, const std::string& example,
+                         std::function<int()> run) {
   auto* sub = parent.add_subcommand(name, job);
   add_globals(sub, globals);
   sub->footer("Example:\n  " + example);
@@ -84,7 +88,9 @@ void say(const Globals& globals, const std::string& text) {
 void print_diagnostics(const Globals& globals, const Diagnostics& diagnostics) {
   if (globals.quiet) return;
   for (const auto& d : diagnostics.list()) {
-    const char* level = d.severity == Severity::kNote ? "note" : d.severity == Severity::kWarning ? "warning" : "bad";
+    const char* level = d.severity == Severity::kNote      ? "note"
+                        : d.severity == Severity::kWarning ? "warning"
+                                                           : "bad";
     std::cerr << level << ": " << (d.where.empty() ? "" : d.where + ": ") << d.what;
     if (d.count > 1) std::cerr << " (" << d.count << " times)";
     std::cerr << '\n';
@@ -114,7 +120,10 @@ double option_quantity(const std::string& text, Dimension d, const std::string& 
 }
 
 Progress::Progress(const Globals& globals, std::string label, double total)
-    : on_(!globals.json && !globals.quiet && isatty(2) != 0), label_(std::move(label)), total_(total), started_(now()) {}
+    : on_(!globals.json && !globals.quiet && isatty(2) != 0),
+      label_(std::move(label)),
+      total_(total),
+      started_(now()) {}
 
 Progress::~Progress() {
   if (on_ && last_ > 0) std::cerr << "\r\033[K";
@@ -127,8 +136,8 @@ void Progress::at(double done) {
   last_ = t;
   const double rate = done / (t - started_ + 1e-9);
   char line[160];
-  std::snprintf(line, sizeof line, "\r%s %3.0f %%  %.3g/s  %.0f s left\033[K", label_.c_str(), 100.0 * done / total_, rate,
-                (total_ - done) / (rate + 1e-9));
+  std::snprintf(line, sizeof line, "\r%s %3.0f %%  %.3g/s  %.0f s left\033[K", label_.c_str(),
+                100.0 * done / total_, rate, (total_ - done) / (rate + 1e-9));
   std::cerr << line << std::flush;
 }
 

@@ -14,7 +14,7 @@ namespace loxo::cli {
 
 // The options every command has (interface.md, "Commands").
 struct Globals {
-  bool json = false;              // machine-readable result on standard output, nothing else there
+  bool json = false;  // machine-readable result on standard output, nothing else there
   bool quiet = false;
   bool verbose = false;
   std::string config;             // --config FILE: option values, TOML
@@ -23,13 +23,14 @@ struct Globals {
   unsigned long long seed = 1;    // --seed N
 };
 
-// Adds a subcommand with the global options; `run` is called after parsing, its return is the exit code.
-// `example` is one runnable line, shown by --help.
-CLI::App* add_command(CLI::App& app, Globals& globals, const std::string& name, const std::string& job,
-                      const std::string& example, std::function<int()> run);
+// Adds a subcommand with the global options; `run` is called after parsing, its return is the exit
+// code. `example` is one runnable line, shown by --help.
+CLI::App* add_command(CLI::App& app, Globals& globals, const std::string& name,
+                      const std::string& job, const std::string& example, std::function<int()> run);
 // The global options on a nested subcommand (`calibrate points`); `run` as above.
-CLI::App* add_subcommand(CLI::App& parent, Globals& globals, const std::string& name, const std::string& job,
-                         const std::string& example, std::function<int()> run);
+CLI::App* add_subcommand(CLI::App& parent, Globals& globals, const std::string& name,
+                         const std::string& job, const std::string& example,
+                         std::function<int()> run);
 
 // Standard output: the JSON result (--json).
 void print_json(const Json& json);

@@ -22,26 +22,43 @@ struct Options {
   std::string from, to;
 };
 
-std::string number(double x, const char* format = "{:.4g}") { return std::isnan(x) ? "-" : fmt::format(fmt::runtime(format), x); }
+std::string number(double x, const char* format = "{:.4g}") {
+  return std::isnan(x) ? "-" : fmt::format(fmt::runtime(format), x);
+}
 
 void print_table(const Globals& globals, const Evaluation& e) {
-  const auto line = [&](const std::string& name, const std::string& text) { say(globals, fmt::format("  {:<26}{}", name, text)); };
-  say(globals, fmt::format("{} epochs, {:.6g} to {:.6g} s, {:.6g} m driven", e.epochs, e.t_begin, e.t_end, e.distance_m));
-  line("horizontal error [m]", fmt::format("rms {}   max {}   end {}", number(e.horizontal_rms_m), number(e.horizontal_max_m), number(e.horizontal_end_m)));
-  line("% of distance", fmt::format("50% {}   95% {}   max {}   end {}", number(e.horizontal_pct_50), number(e.horizontal_pct_95), number(e.horizontal_pct_max), number(e.horizontal_pct_end)));
-  line("circular error [m]", fmt::format("CEP50 {}   CEP95 {}", number(e.cep50_m), number(e.cep95_m)));
-  line("along, across, up rms [m]", fmt::format("{}   {}   {}", number(e.along_rms_m), number(e.across_rms_m), number(e.up_rms_m)));
+  const auto line = [&](const std::string& name, const std::string& text) {
+    say(globals, fmt::format("  {:<26}{}", name, text));
+  };
+  say(globals, fmt::format("{} epochs, {:.6g} to {:.6g} s, {:.6g} m driven", e.epochs, e.t_begin,
+                           e.t_end, e.distance_m));
+  line("horizontal error [m]", fmt::format("rms {}   max {}   end {}", number(e.horizontal_rms_m),
+                                           number(e.horizontal_max_m), number(e.horizontal_end_m)));
+  line("% of distance", fmt::format("50% {}   95% {}   max {}   end {}",
+                                    number(e.horizontal_pct_50), number(e.horizontal_pct_95),
+                                    number(e.horizontal_pct_max), number(e.horizontal_pct_end)));
+  line("circular error [m]",
+       fmt::format("CEP50 {}   CEP95 {}", number(e.cep50_m), number(e.cep95_m)));
+  line("along, across, up rms [m]", fmt::format("{}   {}   {}", number(e.along_rms_m),
+                                                number(e.across_rms_m), number(e.up_rms_m)));
   line("velocity error rms [m/s]", number(e.velocity_rms_mps));
-  line("heading error rms", fmt::format("{} deg   ({} mil)", number(e.heading_rms_deg), number(e.heading_rms_mil)));
-  line("pitch, roll error rms", fmt::format("{}   {} deg", number(e.pitch_rms_deg), number(e.roll_rms_deg)));
+  line("heading error rms",
+       fmt::format("{} deg   ({} mil)", number(e.heading_rms_deg), number(e.heading_rms_mil)));
+  line("pitch, roll error rms",
+       fmt::format("{}   {} deg", number(e.pitch_rms_deg), number(e.roll_rms_deg)));
   if (!std::isnan(e.nees_mean))
-    line("NEES", fmt::format("mean {} (expected {}), {:.1f} % of epochs inside [{:.3f}, {:.3f}]", number(e.nees_mean), number(e.nees_dof), 100 * e.nees_95_inside, e.nees_low, e.nees_high));
+    line("NEES", fmt::format("mean {} (expected {}), {:.1f} % of epochs inside [{:.3f}, {:.3f}]",
+                             number(e.nees_mean), number(e.nees_dof), 100 * e.nees_95_inside,
+                             e.nees_low, e.nees_high));
   if (!std::isnan(e.kitti_translation_pct))
-    line("KITTI, 100 to 800 m", fmt::format("{} %   {} deg/100 m", number(e.kitti_translation_pct), number(100 * e.kitti_rotation_deg_per_m)));
+    line("KITTI, 100 to 800 m", fmt::format("{} %   {} deg/100 m", number(e.kitti_translation_pct),
+                                            number(100 * e.kitti_rotation_deg_per_m)));
   if (!e.by_length.empty()) {
     say(globals, "  pieces of length      50 %      95 %       max   pieces (independent)");
     for (const auto& r : e.by_length)
-      say(globals, fmt::format("  {:>10.0f} m     {:>8}  {:>8}  {:>8}   {} ({:.1f})", r.length, number(r.pct_50), number(r.pct_95), number(r.pct_max), r.pieces, r.independent));
+      say(globals, fmt::format("  {:>10.0f} m     {:>8}  {:>8}  {:>8}   {} ({:.1f})", r.length,
+                               number(r.pct_50), number(r.pct_95), number(r.pct_max), r.pieces,
+                               r.independent));
   }
 }
 
@@ -74,10 +91,14 @@ int run(const Globals& globals, const Options& o) {
       }
     }
     if (truth_path.empty())
-      throw Error(ErrorKind::kUsage, "no truth given, and the solution names no drive that can be found: use --truth FILE (a table or a drive)", "--truth");
+      throw Error(ErrorKind::kUsage,
+                  "no truth given, and the solution names no drive that can be found: use --truth "
+                  "FILE (a table or a drive)",
+                  "--truth");
   }
   Ellipsoid truth_ellipsoid = ellipsoid;
-  if (o.ellipsoid.empty() && !meta("ellipsoid").empty()) truth_ellipsoid = ellipsoid_by_name(meta("ellipsoid"));
+  if (o.ellipsoid.empty() && !meta("ellipsoid").empty())
+    truth_ellipsoid = ellipsoid_by_name(meta("ellipsoid"));
   Solution truth = read_truth(truth_path, truth_ellipsoid, diagnostics);
   if (o.ellipsoid.empty() && truth_ellipsoid.name != ellipsoid.name) {
     ellipsoid = truth_ellipsoid;
@@ -101,7 +122,9 @@ int run(const Globals& globals, const Options& o) {
       double found = kNone;
       for (const auto& v : evaluation_values(e))
         if (v.name == r.key) found = v.value;
-      missed += fmt::format("{}required {}, found {}", missed.empty() ? "" : "; ", r.text, std::isnan(found) ? "nothing (not known for this input)" : fmt::format("{}", found));
+      missed += fmt::format(
+          "{}required {}, found {}", missed.empty() ? "" : "; ", r.text,
+          std::isnan(found) ? "nothing (not known for this input)" : fmt::format("{}", found));
     }
   }
   if (!requirements.empty()) json["require"] = met;
@@ -128,16 +151,22 @@ int run(const Globals& globals, const Options& o) {
 
 void add_evaluate(CLI::App& app, Globals& globals) {
   auto o = std::make_shared<Options>();
-  auto* sub = add_command(app, globals, "evaluate", "errors of a solution against a truth: metres, % of distance, CEP, heading, NEES",
-                          "loxo evaluate solution.csv --truth reference.csv --require 'horizontal_pct_max<0.2'",
-                          [&globals, o]() -> int { return run(globals, *o); });
+  auto* sub = add_command(
+      app, globals, "evaluate",
+      "errors of a solution against a truth: metres, % of distance, CEP, heading, NEES",
+      "loxo evaluate solution.csv --truth reference.csv --require 'horizontal_pct_max<0.2'",
+      [&globals, o]() -> int { return run(globals, *o); });
   sub->add_option("solution", o->solution, "solution file (CSV or .h5)")->required();
-  sub->add_option("--truth", o->truth, "truth: a table with the solution's columns, or a drive with a [reference]; default: the drive named in the solution");
-  sub->add_option("--require", o->require, "KEY<NUMBER, may be repeated: exit 4 where missed")->allow_extra_args(false);
+  sub->add_option("--truth", o->truth,
+                  "truth: a table with the solution's columns, or a drive with a [reference]; "
+                  "default: the drive named in the solution");
+  sub->add_option("--require", o->require, "KEY<NUMBER, may be repeated: exit 4 where missed")
+      ->allow_extra_args(false);
   sub->add_option("--series", o->series, "also write the errors of every epoch to this CSV");
   sub->add_option("--from", o->from, "only from this time on (with unit: 120s)");
   sub->add_option("--to", o->to, "only up to this time");
-  sub->add_option("--ellipsoid", o->ellipsoid, "ellipsoid; default: the one named by the solution or the drive");
+  sub->add_option("--ellipsoid", o->ellipsoid,
+                  "ellipsoid; default: the one named by the solution or the drive");
 }
 
 }  // namespace loxo::cli

@@ -8,7 +8,8 @@
 
 int main(int argc, char** argv) {
   using namespace loxo;
-  CLI::App app{"loxo: inertial positioning of vehicles and ships, from the equator across the pole"};
+  CLI::App app{
+      "loxo: inertial positioning of vehicles and ships, from the equator across the pole"};
   app.require_subcommand(1);
   app.set_version_flag("--version", LOXO_VERSION);
   cli::Globals globals;

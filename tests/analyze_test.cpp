@@ -24,12 +24,14 @@ const char kHeader[] =
 TEST(AnalyzeStatic, TableAnswersRowByRowAndKeepsTheOthersWhenOneIsBad) {
   const auto o = run("analyze static --table - --earth sphere",
                      std::string(kHeader) + "0,0,3600,0.01,0,0,0,0,0,0,0,0,0,0,0\n" +
-                         "90,0,3600,0.01,0,0,0,0,0,0,0,0,0,0,0\n" + "0,0,0,0.01,0.02,1e-4,0,0,0,0,0,0,0,0,0\n");
+                         "90,0,3600,0.01,0,0,0,0,0,0,0,0,0,0,0\n" +
+                         "0,0,0,0.01,0.02,1e-4,0,0,0,0,0,0,0,0,0\n");
   ASSERT_EQ(o.exit_code, 0) << o.err;
   auto c = columns(o.out);
   // At the pole from rest with dv0 east: dve = dv0 cos(kt) cos(mt) + ..., here from the two roots.
   const double w = 7.292115e-5, m = std::sqrt(9.8 / 6371000 + w * w), t = 3600;
-  const double expected = 0.01 * (std::cos(w * t) * std::cos(m * t) - w / m * std::sin(w * t) * std::sin(m * t));
+  const double expected =
+      0.01 * (std::cos(w * t) * std::cos(m * t) - w / m * std::sin(w * t) * std::sin(m * t));
   EXPECT_NEAR(number(c["dve_mps"][0]), expected, 1e-12);
   EXPECT_TRUE(std::isnan(number(c["dve_mps"][1])));
   EXPECT_NE(o.err.find(":3"), std::string::npos) << o.err;  // the bad row's line
@@ -55,14 +57,16 @@ TEST(Allan, CommandFindsTheCoefficientsOfASimulatedLog) {
   std::ofstream out(path);
   out << "t_s,gx,ax,ay,az\n";
   for (int i = 0; i < 100000; ++i)
-    out << i * 0.01 << ',' << 0.1 * deg_per_sqrt_h * 10 * normal(generator) << ",0," << 0.02 / 60 * 10 * normal(generator) << ",9.8\n";
+    out << i * 0.01 << ',' << 0.1 * deg_per_sqrt_h * 10 * normal(generator) << ",0,"
+        << 0.02 / 60 * 10 * normal(generator) << ",9.8\n";
   out.close();
   const auto o = run("allan " + path + " --json");
   // az is constant: its variance is zero and no fit may invent noise; gx has 0.1 deg/sqrt(h).
   ASSERT_EQ(o.exit_code, 0) << o.err;
   const auto j = parse_json(o.out, "allan");
   const auto& gx = j["axes"]["gyro_x"];
-  const double z = (gx["angle_random_walk_deg_sqrt_h"].get<double>() - 0.1) / gx["angle_random_walk_deg_sqrt_h_std"].get<double>();
+  const double z = (gx["angle_random_walk_deg_sqrt_h"].get<double>() - 0.1) /
+                   gx["angle_random_walk_deg_sqrt_h_std"].get<double>();
   EXPECT_LT(std::fabs(z), 4.0);
   EXPECT_NEAR(j["axes"]["accel_y"]["velocity_random_walk_mps_sqrt_h"].get<double>(), 0.02, 0.001);
   EXPECT_LT(j["axes"]["accel_z"]["velocity_random_walk_mps_sqrt_h"].get<double>(), 1e-9);

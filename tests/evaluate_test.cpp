@@ -16,8 +16,10 @@ namespace {
 using testing::run;
 using testing::scratch_folder;
 
-// A straight way north from (lat, lon) at 10 m/s for 600 s, every point moved by error(t) metres to the east.
-std::string track(const std::string& name, double lat, double lon, double (*error)(double), double t0 = 0) {
+// A straight way north from (lat, lon) at 10 m/s for 600 s, every point moved by error(t) metres to
+// the east.
+std::string track(const std::string& name, double lat, double lon, double (*error)(double),
+                  double t0 = 0) {
   const std::string path = scratch_folder() + "/" + name + ".csv";
   std::ofstream out(path);
   out.precision(17);
@@ -31,7 +33,8 @@ std::string track(const std::string& name, double lat, double lon, double (*erro
     auto p = to_ecef(wgs84(), Geodetic<double>{here, lon * deg + (over > 0 ? kPi : 0.0), 0.0});
     const double e = error(t);
     // East of the way is the same direction in space on both sides of the pole.
-    out << t0 + t << ',' << p.x - e * std::sin(lon * deg) << ',' << p.y + e * std::cos(lon * deg) << ',' << p.z << ",1,1\n";
+    out << t0 + t << ',' << p.x - e * std::sin(lon * deg) << ',' << p.y + e * std::cos(lon * deg)
+        << ',' << p.z << ",1,1\n";
   }
   return path;
 }
@@ -43,7 +46,11 @@ TEST(Evaluate, ErrorIsThatOfThePlaneAtEveryPlaceAlsoOverThePoleAndTheDateLine) {
   const struct {
     const char* name;
     double lat, lon;
-  } places[] = {{"mid", 55, 10}, {"equator", -0.02, 0}, {"south", -70, 33}, {"line", 10, 180}, {"pole", 89.97, 77}};
+  } places[] = {{"mid", 55, 10},
+                {"equator", -0.02, 0},
+                {"south", -70, 33},
+                {"line", 10, 180},
+                {"pole", 89.97, 77}};
   for (const auto& place : places) {
     const auto truth = track(std::string(place.name) + "_truth", place.lat, place.lon, none);
     const auto sol = track(std::string(place.name) + "_sol", place.lat, place.lon, growing);
@@ -52,7 +59,8 @@ TEST(Evaluate, ErrorIsThatOfThePlaneAtEveryPlaceAlsoOverThePoleAndTheDateLine) {
     const auto j = parse_json(o.out, place.name);
     EXPECT_NEAR(j["horizontal_end_m"].get<double>(), 5.0, 1e-4) << place.name;
     EXPECT_NEAR(j["horizontal_max_m"].get<double>(), 5.0, 1e-4);
-    EXPECT_NEAR(j["horizontal_rms_m"].get<double>(), 5 * std::sqrt(601 * (2.0 * 600 + 1) / (6.0 * 600) / 601), 1e-2);
+    EXPECT_NEAR(j["horizontal_rms_m"].get<double>(),
+                5 * std::sqrt(601 * (2.0 * 600 + 1) / (6.0 * 600) / 601), 1e-2);
     // Chords of 10 m against arcs: 1e-12; the way itself.
     EXPECT_NEAR(j["distance_m"].get<double>(), 6000.0, 1e-3);
     EXPECT_NEAR(j["horizontal_pct_max"].get<double>(), 100 * 5.0 / 6000, 1e-4);

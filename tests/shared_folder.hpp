@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests read from outside the project: the tables of values to meet and the real recordings. Both may be missing;
-// a test that needs them skips and says so.
+// What tests read from outside the project: the tables of values to meet and the real recordings.
+// Both may be missing; a test that needs them skips and says so.
 #pragma once
 #include <cstdlib>
 #include <filesystem>
@@ -11,8 +11,8 @@
 
 namespace loxo::testing {
 
-// Folder `name` ("spec", "data") of the shared material: $LOXO_SPEC or $LOXO_DATA, else shared/NAME beside the checkout or
-// above it. Empty if there is none.
+// Folder `name` ("spec", "data") of the shared material: $LOXO_SPEC or $LOXO_DATA, else shared/NAME
+// beside the checkout or above it. Empty if there is none.
 inline std::string shared_folder(const std::string& name) {
   const char* variable = std::getenv(name == "spec" ? "LOXO_SPEC" : "LOXO_DATA");
   if (variable != nullptr && std::filesystem::is_directory(variable)) return variable;
@@ -28,7 +28,8 @@ struct ExpectedRow {
   double value() const { return std::strtod(ours.c_str(), nullptr); }
 };
 
-// The rows of a table of values to meet, by id; empty if the table is not there. Cells may be quoted.
+// The rows of a table of values to meet, by id; empty if the table is not there. Cells may be
+// quoted.
 inline std::map<std::string, ExpectedRow> expected_rows(const std::string& file) {
   std::map<std::string, ExpectedRow> rows;
   std::ifstream in(shared_folder("spec") + "/" + file);

@@ -9,7 +9,8 @@
 namespace loxo {
 namespace {
 
-// Longest averaging length of a level, in its own steps; a level above the first starts where the one below ends.
+// Longest averaging length of a level, in its own steps; a level above the first starts where the
+// one below ends.
 constexpr std::size_t kLongest = 128;
 constexpr std::size_t kBlock = 4096;  // phase samples consumed at once
 
@@ -48,7 +49,8 @@ double sum_modified(const double* x, std::size_t m, std::size_t n) {
     const double d = inner / static_cast<double>(m);
     sum += d * d;
     if (k + 1 == n) return sum;
-    inner += (x[k + 3 * m] - 2.0 * x[k + 2 * m] + x[k + m]) - (x[k + 2 * m] - 2.0 * x[k + m] + x[k]);
+    inner +=
+        (x[k + 3 * m] - 2.0 * x[k + 2 * m] + x[k + m]) - (x[k + 2 * m] - 2.0 * x[k + m] + x[k]);
   }
 }
 
@@ -145,37 +147,50 @@ std::vector<AllanPoint> AllanStream::points(std::size_t least) const {
       points.push_back(p);
     }
   }
-  std::sort(points.begin(), points.end(), [](const AllanPoint& a, const AllanPoint& b) { return a.m < b.m; });
+  std::sort(points.begin(), points.end(),
+            [](const AllanPoint& a, const AllanPoint& b) { return a.m < b.m; });
   return points;
 }
 
 namespace {
 
-// Generalised autocovariance of the phase per unit of each coefficient squared, such that the second difference has the
-// Allan variance of its name (decision 0011). x: lag [s]; dt: what counts as zero lag for quantisation.
+// Generalised autocovariance of the phase per unit of each coefficient squared, such that the
+// second difference has the Allan variance of its name (decision 0011). x: lag [s]; dt: what counts
+// as zero lag for quantisation.
 double phase_covariance(int kind, double x, double dt) {
   x = std::fabs(x);
   switch (kind) {
-    case AllanFit::kQuantisation: return x < 0.5 * dt ? 1.0 : 0.0;
-    case AllanFit::kRandomWalk: return -0.5 * x;
-    case AllanFit::kBiasInstability: return x == 0.0 ? 0.0 : x * x * std::log(x) / (2.0 * std::numbers::pi);
-    case AllanFit::kRateRandomWalk: return x * x * x / 12.0;
-    default: return 0.0;
+    case AllanFit::kQuantisation:
+      return x < 0.5 * dt ? 1.0 : 0.0;
+    case AllanFit::kRandomWalk:
+      return -0.5 * x;
+    case AllanFit::kBiasInstability:
+      return x == 0.0 ? 0.0 : x * x * std::log(x) / (2.0 * std::numbers::pi);
+    case AllanFit::kRateRandomWalk:
+      return x * x * x / 12.0;
+    default:
+      return 0.0;
   }
 }
 
 double allan_basis(int kind, double tau) {
   switch (kind) {
-    case AllanFit::kQuantisation: return 3.0 / (tau * tau);
-    case AllanFit::kRandomWalk: return 1.0 / tau;
-    case AllanFit::kBiasInstability: return 2.0 * std::numbers::ln2 / std::numbers::pi;
-    case AllanFit::kRateRandomWalk: return tau / 3.0;
-    default: return 0.5 * tau * tau;
+    case AllanFit::kQuantisation:
+      return 3.0 / (tau * tau);
+    case AllanFit::kRandomWalk:
+      return 1.0 / tau;
+    case AllanFit::kBiasInstability:
+      return 2.0 * std::numbers::ln2 / std::numbers::pi;
+    case AllanFit::kRateRandomWalk:
+      return tau / 3.0;
+    default:
+      return 0.5 * tau * tau;
   }
 }
 
-// What a pair of averaging times contributes to cov(sigma^2_i, sigma^2_j), as a quadratic form in the noise coefficients
-// squared: 2 sum of squared cross-covariances over all pairs of windows, and the cross term of a deterministic ramp.
+// What a pair of averaging times contributes to cov(sigma^2_i, sigma^2_j), as a quadratic form in
+// the noise coefficients squared: 2 sum of squared cross-covariances over all pairs of windows, and
+// the cross term of a deterministic ramp.
 struct PairForm {
   double product[4][4]{};
   double ramp[4]{};
@@ -193,13 +208,15 @@ struct PairForm {
 PairForm pair_form(double a, double b, double dt, double length) {
   static constexpr double kWeight[3] = {1.0, -2.0, 1.0};
   PairForm form;
-  // The squared covariance is smooth on the scale of the shorter window and gone beyond both windows.
+  // The squared covariance is smooth on the scale of the shorter window and gone beyond both
+  // windows.
   const double wide = 1.5 * (a + b);
   const double step = std::max({dt, std::min(a, b) / 8.0, (a + b) / 100.0});
   const auto half = static_cast<long>(std::ceil(wide / step));
   const double room_a = length - 2.0 * a, room_b = length - 2.0 * b;
   for (long k = -half; k <= half; ++k) {
-    const double lag = a - b + static_cast<double>(k) * step;  // zero: the windows share their middle
+    const double lag =
+        a - b + static_cast<double>(k) * step;  // zero: the windows share their middle
     const double fits = std::min(room_a, room_b - lag) - std::max(0.0, -lag);
     if (fits <= 0.0) continue;
     double c[4];
@@ -225,7 +242,8 @@ PairForm pair_form(double a, double b, double dt, double length) {
 
 }  // namespace
 
-AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t samples, const std::array<bool, 5>& allowed) {
+AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t samples,
+                   const std::array<bool, 5>& allowed) {
   AllanFit fit;
   const auto n = static_cast<Eigen::Index>(points.size());
   if (n == 0) return fit;
@@ -262,7 +280,8 @@ AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t sampl
         if (active[static_cast<std::size_t>(kind)]) columns.push_back(kind);
       if (columns.empty()) return fit;
       Eigen::MatrixXd b(n, static_cast<Eigen::Index>(columns.size()));
-      for (std::size_t k = 0; k < columns.size(); ++k) b.col(static_cast<Eigen::Index>(k)) = a.col(columns[k]);
+      for (std::size_t k = 0; k < columns.size(); ++k)
+        b.col(static_cast<Eigen::Index>(k)) = a.col(columns[k]);
       const Eigen::MatrixXd wb = factor.matrixL().solve(b);
       const Eigen::VectorXd wy = factor.matrixL().solve(y);
       // Columns differ by many orders of magnitude.
@@ -270,7 +289,8 @@ AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t sampl
       const Eigen::MatrixXd scaled = wb * scale.asDiagonal();
       x = scale.asDiagonal() * scaled.colPivHouseholderQr().solve(wy);
       information = scaled.transpose() * scaled;
-      information = scale.cwiseInverse().asDiagonal() * information * scale.cwiseInverse().asDiagonal();
+      information =
+          scale.cwiseInverse().asDiagonal() * information * scale.cwiseInverse().asDiagonal();
       Eigen::Index worst = 0;
       if (x.cwiseProduct(scale.cwiseInverse()).minCoeff(&worst) >= 0.0) {
         fit.chi2 = (wy - wb * x).squaredNorm();
@@ -290,13 +310,15 @@ AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t sampl
       fit.value[kind] = std::sqrt(q[kind]);
       const double s = std::sqrt(variance(index, index));
       // d sqrt(q) = dq/(2 sqrt(q)); near zero the square root is no longer linear.
-      fit.std[kind] = q[kind] > s ? s / (2.0 * fit.value[kind]) : std::sqrt(q[kind] + s) - fit.value[kind];
+      fit.std[kind] =
+          q[kind] > s ? s / (2.0 * fit.value[kind]) : std::sqrt(q[kind] + s) - fit.value[kind];
       fit.found[kind] = q[kind] > 2.0 * s;
     }
     std::size_t pair = 0;
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = i; j < n; ++j) cov(i, j) = cov(j, i) = forms[pair++].at(q);
-    // Neighbouring averaging times share most of their windows: keep the factorisation away from singular.
+    // Neighbouring averaging times share most of their windows: keep the factorisation away from
+    // singular.
     for (Eigen::Index i = 0; i < n; ++i) cov(i, i) *= 1.0 + 1e-3;
   }
   for (int kind = 0; kind < 5; ++kind) {

@@ -12,7 +12,8 @@
 namespace loxo {
 namespace {
 
-std::vector<double> noise(std::size_t n, double dt, double white, double walk, double quantum, unsigned seed) {
+std::vector<double> noise(std::size_t n, double dt, double white, double walk, double quantum,
+                          unsigned seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   std::vector<double> rate(n);
@@ -52,7 +53,8 @@ TEST(Allan, StreamIsTheDefinitionAtEveryAveragingTimeAndForAnyChunks) {
   ASSERT_EQ(a.size(), b.size());
   ASSERT_GE(a.size(), 25u);
   for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_NEAR(a[i].deviation, direct(rate, a[i].m, a[i].stride, 0.01), 1e-9 * a[i].deviation) << a[i].m;
+    EXPECT_NEAR(a[i].deviation, direct(rate, a[i].m, a[i].stride, 0.01), 1e-9 * a[i].deviation)
+        << a[i].m;
     EXPECT_NEAR(a[i].deviation, b[i].deviation, 1e-9 * a[i].deviation);
     EXPECT_LE(a[i].stride * 64, std::max<std::size_t>(a[i].m, 64));
   }
@@ -70,7 +72,8 @@ TEST(Allan, KindsAgreeWithTheirClosedFormsOnWhiteNoise) {
         const double m = static_cast<double>(p.m / p.stride);
         expected *= std::sqrt((m * m + 1) / (2 * m * m));
       }
-      EXPECT_NEAR(p.deviation, expected, 5 * p.deviation_std) << static_cast<int>(kind) << " m " << p.m;
+      EXPECT_NEAR(p.deviation, expected, 5 * p.deviation_std)
+          << static_cast<int>(kind) << " m " << p.m;
     }
   }
 }
@@ -80,7 +83,8 @@ TEST(Allan, ARampOfTheRateIsSeenExactly) {
   for (std::size_t i = 0; i < rate.size(); ++i) rate[i] = 3.0 + 2e-5 * static_cast<double>(i) * 0.1;
   AllanStream stream(0.1);
   stream.add(rate);
-  for (const auto& p : stream.points()) EXPECT_NEAR(p.deviation, 2e-5 * p.tau / std::sqrt(2.0), 1e-7 * p.deviation + 1e-12);
+  for (const auto& p : stream.points())
+    EXPECT_NEAR(p.deviation, 2e-5 * p.tau / std::sqrt(2.0), 1e-7 * p.deviation + 1e-12);
 }
 
 // The stated bands are true: normalised errors of the fitted coefficients over many logs.
@@ -97,7 +101,8 @@ TEST(Allan, FitIsRightInsideItsBands) {
     auto points = stream.points(4);
     const auto fit = fit_allan(points, dt, n, {true, true, false, true, false});
     const double truth[3] = {quantum, white, walk};
-    const int kinds[3] = {AllanFit::kQuantisation, AllanFit::kRandomWalk, AllanFit::kRateRandomWalk};
+    const int kinds[3] = {AllanFit::kQuantisation, AllanFit::kRandomWalk,
+                          AllanFit::kRateRandomWalk};
     for (int i = 0; i < 3; ++i) {
       const auto k = static_cast<std::size_t>(kinds[i]);
       const double z = (fit.value[k] - truth[i]) / fit.std[k];
@@ -110,7 +115,8 @@ TEST(Allan, FitIsRightInsideItsBands) {
     // 95 % of the runs; four sigma of the binomial count either way would be a fault of the bands.
     const double expected = 0.95 * runs, spread = std::sqrt(0.05 * 0.95 * runs);
     EXPECT_GE(inside[i], expected - 4 * spread) << i;
-    EXPECT_NEAR(square[i] / runs, 1.0, 5.0 * std::sqrt(2.0 / runs)) << i << " mean " << sum[i] / runs;
+    EXPECT_NEAR(square[i] / runs, 1.0, 5.0 * std::sqrt(2.0 / runs))
+        << i << " mean " << sum[i] / runs;
   }
 }
 

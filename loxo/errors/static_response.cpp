@@ -22,7 +22,8 @@ V3 cross3(const V3& a, const V3& b) {
 // Index into the basis.
 enum { kOne, kT, kCosW, kSinW, kCos1, kSin1, kCos2, kSin2 };
 
-// Principal axes of K and the two Schuler-Foucault modes of dr'' = 2k J dr' - gK dr, J = (0 1; -1 0).
+// Principal axes of K and the two Schuler-Foucault modes of dr'' = 2k J dr' - gK dr, J = (0 1; -1
+// 0).
 struct Modes {
   double c = 1, s = 0;    // axis 1 = c E + s N, axis 2 = -s E + c N
   double a = 0, b = 0;    // g K on them, a >= b
@@ -89,7 +90,8 @@ void refuse_pole(double lat, const std::string& frame) {
   if (std::fabs(lat) <= kLimit) return;
   throw Error(ErrorKind::kInput, "the " + frame + " frame has no axes at its pole: " + frame +
                                      " latitude within +-89.9999 deg expected, found " +
-                                     std::to_string(lat / deg) + " deg; another reference meridian moves the pole");
+                                     std::to_string(lat / deg) +
+                                     " deg; another reference meridian moves the pole");
 }
 
 std::array<double, 8> basis(const StaticResponse& r, double t) {
@@ -254,7 +256,8 @@ void static_series(std::span<const StaticResponse> responses, double t0, double 
   if (responses.empty()) return;
   for (auto& source : out)
     for (auto& component : source) component.resize(n);
-  // Blocks of 64 steps: the exact phasors of the block's start times those of the offsets, computed once.
+  // Blocks of 64 steps: the exact phasors of the block's start times those of the offsets, computed
+  // once.
   constexpr std::size_t kBlock = 64;
   const StaticResponse& first = responses[0];
   const double rate[3] = {first.w, first.o1, first.o2};
@@ -296,7 +299,8 @@ std::array<double, 49> static_noise_covariance(const StaticSite& site, double qa
     *slot[i] = i < 2 ? 1.0 : -1.0;
     impulse[i] = static_response(site, in);
   }
-  // Eight points a panel of 250 s, a twentieth of a Schuler period: exact to rounding for these sinusoids.
+  // Eight points a panel of 250 s, a twentieth of a Schuler period: exact to rounding for these
+  // sinusoids.
   static constexpr double kNode[4] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
                                       0.9602898564975363};
   static constexpr double kWeight[4] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the errors of an inertial system at rest move: the exact closed form, Foucault included, on the sphere and on the
-// ellipsoid, in any level frame. polar.md 5.2 (sphere); on the ellipsoid the two curvatures make two elliptic
-// Schuler modes instead of two circular ones, and the form stays closed (decision 0010).
+// How the errors of an inertial system at rest move: the exact closed form, Foucault included, on
+// the sphere and on the ellipsoid, in any level frame. polar.md 5.2 (sphere); on the ellipsoid the
+// two curvatures make two elliptic Schuler modes instead of two circular ones, and the form stays
+// closed (decision 0010).
 #pragma once
 #include <array>
 #include <span>
@@ -28,10 +29,12 @@ StaticSite transverse_site(const Ellipsoid& ell, double tlat, double tlon);
 StaticSite geographic_site(const Ellipsoid& ell, double lat);
 // Grid east = transverse north, grid north = - transverse east; dlat, dlon are the two tilt angles.
 StaticSite grid_site(const Ellipsoid& ell, double tlat, double tlon);
-// Wander-azimuth with its y axis turned by `azimuth` from true north, clockwise; dlat, dlon are the two tilt angles.
+// Wander-azimuth with its y axis turned by `azimuth` from true north, clockwise; dlat, dlon are the
+// two tilt angles.
 StaticSite wander_site(const Ellipsoid& ell, double lat, double azimuth);
 
-// Initial errors (computed - true) and constant sensor errors (measured - true), in the frame's axes.
+// Initial errors (computed - true) and constant sensor errors (measured - true), in the frame's
+// axes.
 struct StaticInputs {
   double dve0 = 0, dvn0 = 0;               // m/s
   double phie0 = 0, phin0 = 0, phiu0 = 0;  // rad, C_comp = (I - [Phi]) C
@@ -42,7 +45,8 @@ struct StaticInputs {
 // dve, dvn [m/s], phie, phin, phiu [rad], dlat, dlon [rad].
 using StaticState = std::array<double, 7>;
 
-// The response as coefficients of 1, t, cos wt, sin wt, cos O1 t, sin O1 t, cos O2 t, sin O2 t; linear in the inputs.
+// The response as coefficients of 1, t, cos wt, sin wt, cos O1 t, sin O1 t, cos O2 t, sin O2 t;
+// linear in the inputs.
 struct StaticResponse {
   std::array<std::array<double, 8>, 7> coefficient{};
   std::array<std::array<double, 8>, 2> metres{};  // position error north, east [m], same basis
@@ -53,20 +57,22 @@ struct StaticResponse {
 };
 StaticResponse static_response(const StaticSite& site, const StaticInputs& in);
 
-// Roots of the characteristic polynomial, all on the imaginary axis [rad/s]: earth (= w), low and high
-// Schuler-Foucault; and zero. polar.md 5.1
+// Roots of the characteristic polynomial, all on the imaginary axis [rad/s]: earth (= w), low and
+// high Schuler-Foucault; and zero. polar.md 5.1
 struct StaticRoots {
   double earth = 0, low = 0, high = 0;
 };
 StaticRoots static_roots(const StaticSite& site);
 
-// out[k][component][i] = responses[k] at t0 + i dt, i < n, for responses of one site; equal to at() but for
-// the rounding of the terms that are summed (1e-15).
+// out[k][component][i] = responses[k] at t0 + i dt, i < n, for responses of one site; equal to at()
+// but for the rounding of the terms that are summed (1e-15).
 void static_series(std::span<const StaticResponse> responses, double t0, double dt, std::size_t n,
                    std::span<std::array<std::vector<double>, 7>> out);
 
-// White noise of density qa [(m/s^2)^2 s] on both horizontal accelerometers and qg [(rad/s)^2 s] on the three gyros
-// from 0 to t: covariance of the state (7 x 7, row major), by Gauss-Legendre quadrature of squared impulse responses.
-std::array<double, 49> static_noise_covariance(const StaticSite& site, double qa, double qg, double t);
+// White noise of density qa [(m/s^2)^2 s] on both horizontal accelerometers and qg [(rad/s)^2 s] on
+// the three gyros from 0 to t: covariance of the state (7 x 7, row major), by Gauss-Legendre
+// quadrature of squared impulse responses.
+std::array<double, 49> static_noise_covariance(const StaticSite& site, double qa, double qg,
+                                               double t);
 
 }  // namespace loxo

@@ -23,7 +23,8 @@ Matrix multiply(const Matrix& a, const Matrix& b) {
   return c;
 }
 
-// exp(F t) in extended precision by scaling and squaring of a Taylor series: shares nothing with the closed form.
+// exp(F t) in extended precision by scaling and squaring of a Taylor series: shares nothing with
+// the closed form.
 Matrix exponential(Matrix f, long double t) {
   int squarings = 0;
   long double scale = t;
@@ -46,7 +47,8 @@ Matrix exponential(Matrix f, long double t) {
   return sum;
 }
 
-// The linear error equations at rest, polar.md 4.2, in units of hours-free SI; the eighth state is the constant 1.
+// The linear error equations at rest, polar.md 4.2, in units of hours-free SI; the eighth state is
+// the constant 1.
 Matrix equations(const StaticSite& s, const StaticInputs& in, double cos_lat) {
   Matrix f{};
   const long double w2k = s.neglect_foucault ? 0.0L : 2.0L * s.w * s.u[2];
@@ -62,9 +64,10 @@ Matrix equations(const StaticSite& s, const StaticInputs& in, double cos_lat) {
   f[LAT][VN] = knn;
   f[LON][VE] = kee / cos_lat;
   f[LON][VN] = ken / cos_lat;
-  // Phi' = dw_et + dw_ie - w_ie x Phi - eps, with dth = (-dlat, cos dlon, tan_e cos dlon + tan_n dlat), dw_ie = w u x dth
-  // (the computed frame is turned by dth).
-  const long double th[3][2] = {{-1, 0}, {0, cos_lat}, {s.tan_n, s.tan_e * cos_lat}};  // by LAT, LON
+  // Phi' = dw_et + dw_ie - w_ie x Phi - eps, with dth = (-dlat, cos dlon, tan_e cos dlon + tan_n
+  // dlat), dw_ie = w u x dth (the computed frame is turned by dth).
+  const long double th[3][2] = {
+      {-1, 0}, {0, cos_lat}, {s.tan_n, s.tan_e * cos_lat}};  // by LAT, LON
   const int phi[3] = {PE, PN, PU};
   for (int i = 0; i < 3; ++i) {
     f[phi[i]][VE] = th[i][0] * f[LAT][VE] + th[i][1] * f[LON][VE];
@@ -82,14 +85,15 @@ Matrix equations(const StaticSite& s, const StaticInputs& in, double cos_lat) {
 }
 
 double* input(StaticInputs& in, int i) {
-  double* all[12] = {&in.dve0, &in.dvn0, &in.phie0,   &in.phin0,   &in.phiu0, &in.dlat0,
+  double* all[12] = {&in.dve0,  &in.dvn0,    &in.phie0,   &in.phin0, &in.phiu0, &in.dlat0,
                      &in.dlon0, &in.nabla_e, &in.nabla_n, &in.eps_e, &in.eps_n, &in.eps_u};
   return all[i];
 }
-constexpr double kSize[12] = {0.01, 0.01, 1.5e-4, 1.5e-4, 1.5e-4, 1.6e-6,
+constexpr double kSize[12] = {0.01,   0.01,   1.5e-4, 1.5e-4, 1.5e-4, 1.6e-6,
                               1.6e-6, 9.8e-5, 9.8e-5, 4.8e-9, 4.8e-9, 4.8e-9};
 
-// polar.md 5.2: 1e-12 of each component's 24 h envelope, against the matrix exponential, every input, every site.
+// polar.md 5.2: 1e-12 of each component's 24 h envelope, against the matrix exponential, every
+// input, every site.
 TEST(StaticResponse, AgreesWithTheMatrixExponentialOnSphereAndEllipsoidInEveryFrame) {
   std::vector<StaticSite> sites;
   for (const Ellipsoid* ell : {&paper_sphere(), &wgs84()}) {
@@ -119,7 +123,8 @@ TEST(StaticResponse, AgreesWithTheMatrixExponentialOnSphereAndEllipsoidInEveryFr
       const auto response = static_response(site, in);
       double envelope[7]{};
       for (double t = 0; t <= 86400; t += 300)
-        for (int i = 0; i < 7; ++i) envelope[i] = std::max(envelope[i], std::fabs(response.at(t)[i]));
+        for (int i = 0; i < 7; ++i)
+          envelope[i] = std::max(envelope[i], std::fabs(response.at(t)[i]));
       const auto f = equations(site, in, site.cos_lat);
       for (double t : {1.0, 600.0, 5064.0, 21600.0, 86400.0}) {
         const auto e = exponential(f, t);
@@ -128,11 +133,12 @@ TEST(StaticResponse, AgreesWithTheMatrixExponentialOnSphereAndEllipsoidInEveryFr
         for (int i = 0; i < 7; ++i) {
           long double expected = 0;
           for (int j = 0; j < 8; ++j) expected += e[i][j] * x0[j];
-          // A component that exists only by rounding (150 rad of phase, 3e-14) of its neighbours has no envelope of
-          // its own.
+          // A component that exists only by rounding (150 rad of phase, 3e-14) of its neighbours
+          // has no envelope of its own.
           const int group = i < 2 ? 0 : i < 5 ? 2 : 5, last = i < 2 ? 2 : i < 5 ? 5 : 7;
           const double neighbours = *std::max_element(envelope + group, envelope + last);
-          EXPECT_NEAR(x[i], static_cast<double>(expected), 1e-12 * envelope[i] + 3e-14 * neighbours + 1e-15 * kSize[group])
+          EXPECT_NEAR(x[i], static_cast<double>(expected),
+                      1e-12 * envelope[i] + 3e-14 * neighbours + 1e-15 * kSize[group])
               << "site " << number << " source " << source << " t " << t << " component " << i;
         }
       }
@@ -147,7 +153,11 @@ TEST(StaticResponse, RootsMeetTheTable) {
   const struct {
     const char* name;
     double lat, lon;
-  } places[] = {{"pole", 90, 0}, {"89.9N45E", 89.9, 45}, {"85N0E", 85, 0}, {"30N60E", 30, 60}, {"0N0E", 0, 0}};
+  } places[] = {{"pole", 90, 0},
+                {"89.9N45E", 89.9, 45},
+                {"85N0E", 85, 0},
+                {"30N60E", 30, 60},
+                {"0N0E", 0, 0}};
   for (const auto& place : places) {
     auto site = wander_site(paper_sphere(), place.lat * deg, 0.2);
     const auto roots = static_roots(site);
@@ -162,7 +172,8 @@ TEST(StaticResponse, RootsMeetTheTable) {
   }
 }
 
-// RESP-P<place>-<source>-<hours>h-F<foucault>-<component>, INIT-P<place>-<state>0-<hours>h-<component>
+// RESP-P<place>-<source>-<hours>h-F<foucault>-<component>,
+// INIT-P<place>-<state>0-<hours>h-<component>
 TEST(StaticResponse, EveryRowOfTheTableOfResponses) {
   const auto rows = testing::expected_rows("polar-expected.csv");
   if (rows.empty()) GTEST_SKIP() << "polar-expected.csv is not here";
@@ -170,17 +181,21 @@ TEST(StaticResponse, EveryRowOfTheTableOfResponses) {
   const double l3 = std::atan2(std::cos(30 * deg) * std::cos(60 * deg), std::sin(30 * deg));
   const double p2 = std::asin(std::cos(89.9 * deg) * std::sin(45 * deg));
   const double l2 = std::atan2(std::cos(89.9 * deg) * std::cos(45 * deg), std::sin(89.9 * deg));
-  const StaticSite places[2] = {transverse_site(paper_sphere(), p2, l2), transverse_site(paper_sphere(), p3, l3)};
-  const std::map<std::string, int> sources = {{"nE", 7},   {"nN", 8},   {"eE", 9},    {"eN", 10},   {"eU", 11},  {"dvE0", 0},
-                                              {"dvN0", 1}, {"phiE0", 2}, {"phiN0", 3}, {"phiU0", 4}, {"dp0", 5}, {"dl0", 6}};
+  const StaticSite places[2] = {transverse_site(paper_sphere(), p2, l2),
+                                transverse_site(paper_sphere(), p3, l3)};
+  const std::map<std::string, int> sources = {{"nE", 7},    {"nN", 8},    {"eE", 9},   {"eN", 10},
+                                              {"eU", 11},   {"dvE0", 0},  {"dvN0", 1}, {"phiE0", 2},
+                                              {"phiN0", 3}, {"phiU0", 4}, {"dp0", 5},  {"dl0", 6}};
   int seen = 0;
   for (const auto& [id, row] : rows) {
     const bool initial = id.rfind("INIT-P", 0) == 0;
     if (!initial && id.rfind("RESP-P", 0) != 0) continue;
     std::vector<std::string> part(1);
     for (char c : id.substr(6)) {
-      if (c == '-') part.emplace_back();
-      else part.back() += c;
+      if (c == '-')
+        part.emplace_back();
+      else
+        part.back() += c;
     }
     ASSERT_EQ(part.size(), initial ? 4u : 5u) << id;
     auto site = places[part[0] == "1" ? 0 : 1];
@@ -201,14 +216,18 @@ TEST(StaticResponse, EveryRowOfTheTableOfResponses) {
     const int component = std::stoi(part.back());
     const auto response = static_response(site, in);
     double envelope = 0;
-    for (double s = 0; s <= 86400; s += 300) envelope = std::max(envelope, std::fabs(response.at(s)[component]));
-    EXPECT_NEAR(response.at(t)[component], row.value(), 1e-9 * std::fabs(row.value()) + 1e-11 * envelope) << id;
+    for (double s = 0; s <= 86400; s += 300)
+      envelope = std::max(envelope, std::fabs(response.at(s)[component]));
+    EXPECT_NEAR(response.at(t)[component], row.value(),
+                1e-9 * std::fabs(row.value()) + 1e-11 * envelope)
+        << id;
     ++seen;
   }
   EXPECT_EQ(seen, 280 + 196);
 }
 
-// The rows F2 and F3 that are linear theory: maxima over 24 h, ends, ramps, constants, the price of no Foucault.
+// The rows F2 and F3 that are linear theory: maxima over 24 h, ends, ramps, constants, the price of
+// no Foucault.
 TEST(StaticResponse, LiuScenariosAtRest) {
   const auto rows = testing::expected_rows("polar-expected.csv");
   if (rows.empty()) GTEST_SKIP() << "polar-expected.csv is not here";
@@ -218,7 +237,8 @@ TEST(StaticResponse, LiuScenariosAtRest) {
   } cases[] = {{"F2", 89.9, 45}, {"F3", 30, 60}};
   for (const auto& c : cases) {
     const double p = std::asin(std::cos(c.lat * deg) * std::sin(c.lon * deg));
-    const double l = std::atan2(std::cos(c.lat * deg) * std::cos(c.lon * deg), std::sin(c.lat * deg));
+    const double l =
+        std::atan2(std::cos(c.lat * deg) * std::cos(c.lon * deg), std::sin(c.lat * deg));
     auto site = transverse_site(paper_sphere(), p, l);
     StaticInputs in;
     in.dve0 = in.dvn0 = 0.01;
@@ -250,8 +270,8 @@ TEST(StaticResponse, LiuScenariosAtRest) {
       EXPECT_NEAR(found, end, std::max(3e-3 * std::fabs(end), 1e-4 * max)) << id << i;
     }
     EXPECT_NEAR(position, rows.at(id + "-POSMAX").value(), 1e-3 * position);
-    EXPECT_NEAR(std::hypot(exact.position(86400)[0], exact.position(86400)[1]), rows.at(id + "-POSEND").value(),
-                5e-3 * rows.at(id + "-POSEND").value());
+    EXPECT_NEAR(std::hypot(exact.position(86400)[0], exact.position(86400)[1]),
+                rows.at(id + "-POSEND").value(), 5e-3 * rows.at(id + "-POSEND").value());
     EXPECT_NEAR(difference, rows.at(id + "-NOFOUC").value(), 0.02 * difference);
     // Ramps and constants come from the sensor errors alone.
     in = {};
@@ -269,18 +289,25 @@ TEST(StaticResponse, LiuScenariosAtRest) {
   }
 }
 
-// polar.md 5.3: the papers' printed form, corrected, term by term, for the three gyro sources of dvE and PhiU.
+// polar.md 5.3: the papers' printed form, corrected, term by term, for the three gyro sources of
+// dvE and PhiU.
 TEST(StaticResponse, NeglectingFoucaultGivesTheCorrectedPrintedForm) {
   auto site = transverse_site(paper_sphere(), 0.4, 0.55);
   site.neglect_foucault = true;
   const double R = 6371000, w = site.w, ws = std::sqrt(9.8 / R), D = ws * ws - w * w;
-  const double sp = std::sin(0.4), cp = std::cos(0.4), tp = sp / cp, sl = std::sin(0.55), cl = std::cos(0.55);
+  const double sp = std::sin(0.4), cp = std::cos(0.4), tp = sp / cp, sl = std::sin(0.55),
+               cl = std::cos(0.55);
   for (double t : {0.0, 10.0, 3000.0, 50000.0}) {
-    const double S = std::sin(ws * t), C = std::cos(ws * t), s = std::sin(w * t), c = std::cos(w * t);
+    const double S = std::sin(ws * t), C = std::cos(ws * t), s = std::sin(w * t),
+                 c = std::cos(w * t);
     const double dve[3] = {
-        R * (sp * sl * cl + sp * sl * cl * (w * w * C - ws * ws * c) / D + cp * cl * (w * ws * S - ws * ws * s) / D),
-        R * (sp * sp * cl * cl + (ws * ws * (1 - sp * sp * cl * cl) * c + (w * w * sp * sp * cl * cl - ws * ws) * C) / D),
-        R * (-sp * cp * cl * cl + sp * cp * cl * cl * (ws * ws * c - w * w * C) / D + sl * (w * ws * S - ws * ws * s) / D)};
+        R * (sp * sl * cl + sp * sl * cl * (w * w * C - ws * ws * c) / D +
+             cp * cl * (w * ws * S - ws * ws * s) / D),
+        R * (sp * sp * cl * cl +
+             (ws * ws * (1 - sp * sp * cl * cl) * c + (w * w * sp * sp * cl * cl - ws * ws) * C) /
+                 D),
+        R * (-sp * cp * cl * cl + sp * cp * cl * cl * (ws * ws * c - w * w * C) / D +
+             sl * (w * ws * S - ws * ws * s) / D)};
     const double phiu_e = t * sl * cl / cp - cp * sl * cl * s / w + w * sp * cl * (c - C) / D +
                           sp * tp * sl * cl * (w * w * S / ws - ws * ws * s / w) / D;
     for (int source = 0; source < 3; ++source) {
@@ -307,9 +334,11 @@ TEST(StaticResponse, SeriesIsTheSameFunction) {
     for (int i = 0; i < 7; ++i) {
       // Rounding of the terms that are summed.
       double terms = 0;
-      for (int j = 0; j < 8; ++j) terms += std::fabs(responses[k].coefficient[i][j]) * (j == 1 ? 1600.0 : 1.0);
+      for (int j = 0; j < 8; ++j)
+        terms += std::fabs(responses[k].coefficient[i][j]) * (j == 1 ? 1600.0 : 1.0);
       for (std::size_t n : {0u, 1u, 63u, 64u, 1000u})
-        EXPECT_NEAR(out[k][i][n], responses[k].at(100.0 + 1.5 * static_cast<double>(n))[i], 1e-15 * terms);
+        EXPECT_NEAR(out[k][i][n], responses[k].at(100.0 + 1.5 * static_cast<double>(n))[i],
+                    1e-15 * terms);
     }
 }
 

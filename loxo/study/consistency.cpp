@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Regularised lower incomplete gamma P(a, x): series below a + 1, continued fraction (Lentz) above; for large
-// a both need about 10 sqrt(a) terms.
+// Regularised lower incomplete gamma P(a, x): series below a + 1, continued fraction (Lentz) above;
+// for large a both need about 10 sqrt(a) terms.
 double gamma_p(double a, double x) {
   if (!(x > 0)) return 0;
   const double front = std::exp(a * std::log(x) - x - std::lgamma(a));
@@ -60,7 +60,8 @@ double chi_square_quantile(double p, double dof) {
 
 Band chi_square_band(double n, double trials, double confidence) {
   const double tail = 0.5 * (1 - confidence);
-  return {chi_square_quantile(tail, n * trials) / trials, chi_square_quantile(1 - tail, n * trials) / trials};
+  return {chi_square_quantile(tail, n * trials) / trials,
+          chi_square_quantile(1 - tail, n * trials) / trials};
 }
 
 double normalised_square3(const double e[3], const double p[9]) {

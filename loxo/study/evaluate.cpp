@@ -31,7 +31,9 @@ struct Pose {
   double std[3] = {kNone, kNone, kNone};
 };
 
-bool finite(double a, double b, double c) { return std::isfinite(a) && std::isfinite(b) && std::isfinite(c); }
+bool finite(double a, double b, double c) {
+  return std::isfinite(a) && std::isfinite(b) && std::isfinite(c);
+}
 
 bool is_local(const Solution& s) {
   const auto it = s.meta.find("local");
@@ -50,7 +52,8 @@ Pose local_pose(const SolutionRow& row) {
   p.v = {row.ve, row.vn, p.has_up ? row.vu : 0.0};
   p.has_attitude = std::isfinite(row.heading);
   if (p.has_attitude) {
-    const Euler<double> e{row.heading, std::isfinite(row.pitch) ? row.pitch : 0.0, std::isfinite(row.roll) ? row.roll : 0.0};
+    const Euler<double> e{row.heading, std::isfinite(row.pitch) ? row.pitch : 0.0,
+                          std::isfinite(row.roll) ? row.roll : 0.0};
     p.q = to_quaternion(to_matrix<Ecef>(e));
   }
   return p;
@@ -80,7 +83,8 @@ Pose pose(const SolutionRow& row, const Ellipsoid& ell) {
                    (std::isfinite(row.heading) || row.qx != 0 || row.qy != 0 || row.qz != 0);
   p.q = {row.qw, row.qx, row.qy, row.qz};
   if (!p.has_attitude && std::isfinite(row.heading)) {
-    const Euler<double> e{row.heading, std::isfinite(row.pitch) ? row.pitch : 0.0, std::isfinite(row.roll) ? row.roll : 0.0};
+    const Euler<double> e{row.heading, std::isfinite(row.pitch) ? row.pitch : 0.0,
+                          std::isfinite(row.roll) ? row.roll : 0.0};
     p.q = to_quaternion(transpose(p.axes) * to_matrix<Geographic>(e));
     p.has_attitude = true;
   }
@@ -90,7 +94,8 @@ Pose pose(const SolutionRow& row, const Ellipsoid& ell) {
   return p;
 }
 
-Quat<Ecef, Body, double> slerp(const Quat<Ecef, Body, double>& a, Quat<Ecef, Body, double> b, double u) {
+Quat<Ecef, Body, double> slerp(const Quat<Ecef, Body, double>& a, Quat<Ecef, Body, double> b,
+                               double u) {
   double c = a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
   if (c < 0) {
     b = {-b.w, -b.x, -b.y, -b.z};
@@ -102,7 +107,8 @@ Quat<Ecef, Body, double> slerp(const Quat<Ecef, Body, double>& a, Quat<Ecef, Bod
     wa = std::sin((1 - u) * angle) / s;
     wb = std::sin(u * angle) / s;
   }
-  return normalized(Quat<Ecef, Body, double>{wa * a.w + wb * b.w, wa * a.x + wb * b.x, wa * a.y + wb * b.y, wa * a.z + wb * b.z});
+  return normalized(Quat<Ecef, Body, double>{wa * a.w + wb * b.w, wa * a.x + wb * b.x,
+                                             wa * a.y + wb * b.y, wa * a.z + wb * b.z});
 }
 
 Pose interpolate(const Pose& a, const Pose& b, double t, const Ellipsoid& ell, bool local) {
@@ -157,7 +163,8 @@ double largest(const std::vector<double>& x) {
   return m;
 }
 
-std::vector<Pose> poses_of(const Solution& s, const Ellipsoid& ell, bool local, const char* what, Diagnostics& diagnostics) {
+std::vector<Pose> poses_of(const Solution& s, const Ellipsoid& ell, bool local, const char* what,
+                           Diagnostics& diagnostics) {
   std::vector<Pose> out;
   out.reserve(s.rows.size());
   std::size_t bad = 0, back = 0;
@@ -173,18 +180,24 @@ std::vector<Pose> poses_of(const Solution& s, const Ellipsoid& ell, bool local, 
     }
     out.push_back(p);
   }
-  if (bad > 0) diagnostics.warn("nan_row", what, fmt::format("{} rows without a position are left out", bad));
-  if (back > 0) diagnostics.warn("time_back", what, fmt::format("{} rows whose time does not advance are left out", back));
+  if (bad > 0)
+    diagnostics.warn("nan_row", what, fmt::format("{} rows without a position are left out", bad));
+  if (back > 0)
+    diagnostics.warn("time_back", what,
+                     fmt::format("{} rows whose time does not advance are left out", back));
   return out;
 }
 
 }  // namespace
 
-Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellipsoid& ell, const EvaluateConfig& config,
-                    Diagnostics& diagnostics) {
+Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellipsoid& ell,
+                    const EvaluateConfig& config, Diagnostics& diagnostics) {
   const bool truth_local = is_local(truth), solution_local = is_local(solution);
   if (solution_local && !truth_local)
-    throw Error(ErrorKind::kInput, "the solution is in local metres (e_m, n_m) and the truth is geodetic; expected both alike", "solution");
+    throw Error(
+        ErrorKind::kInput,
+        "the solution is in local metres (e_m, n_m) and the truth is geodetic; expected both alike",
+        "solution");
   auto ref = poses_of(truth, ell, truth_local, "truth", diagnostics);
   auto sol = poses_of(solution, ell, solution_local, "solution", diagnostics);
   if (ref.empty()) throw Error(ErrorKind::kInput, "no row with a time and a position", "truth");
@@ -192,16 +205,19 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
 
   const double slack = 1e-6;  // s: stamps written with microseconds meet
   if (ref.front().t > sol.back().t + slack || sol.front().t > ref.back().t + slack) {
-    throw Error(ErrorKind::kInput,
-                fmt::format("solution and truth have no time in common: solution {} to {} s, truth {} to {} s", sol.front().t,
-                            sol.back().t, ref.front().t, ref.back().t),
-                "t_s");
+    throw Error(
+        ErrorKind::kInput,
+        fmt::format(
+            "solution and truth have no time in common: solution {} to {} s, truth {} to {} s",
+            sol.front().t, sol.back().t, ref.front().t, ref.back().t),
+        "t_s");
   }
 
   Evaluation out;
   out.local = truth_local;
   if (truth_local && !solution_local) {
-    // Lay the geodetic solution into the plane: its own level axes at the first common epoch, origin on the truth there.
+    // Lay the geodetic solution into the plane: its own level axes at the first common epoch,
+    // origin on the truth there.
     std::size_t k = 0;
     while (k + 1 < sol.size() && sol[k].t < ref.front().t - slack) ++k;
     const auto axes = sol[k].axes;
@@ -225,10 +241,13 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
       p.q = turn * p.q;
       p.axes = Rot<Geographic, Ecef, double>::identity();
     }
-    diagnostics.note("local_truth", "truth", "local metres without an origin: the solution is laid on the truth's first point, its start error is not seen");
+    diagnostics.note("local_truth", "truth",
+                     "local metres without an origin: the solution is laid on the truth's first "
+                     "point, its start error is not seen");
   }
 
-  const double gap = std::isnan(config.max_gap) ? 3 * std::max(median_interval(sol), 1e-3) + slack : config.max_gap;
+  const double gap = std::isnan(config.max_gap) ? 3 * std::max(median_interval(sol), 1e-3) + slack
+                                                : config.max_gap;
   std::size_t in_gap = 0, j = 0;
   Point<Ecef, double> last_r{};
   std::vector<Point<Ecef, double>> true_r, sol_r;  // of each kept epoch
@@ -255,7 +274,8 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
     e.t = t;
     const bool heights = r.has_height && s.has_height;
     if (!heights && !truth_local) {
-      // One side has no height: both are brought onto the ellipsoid, the horizontal difference is what is asked.
+      // One side has no height: both are brought onto the ellipsoid, the horizontal difference is
+      // what is asked.
       auto gr = to_geodetic(ell, r.r), gs = to_geodetic(ell, s.r);
       gr.h = gs.h = 0;
       r.r = to_ecef(ell, gr);
@@ -297,7 +317,8 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
       // C~ C^T = I - [psi] [EST-1]: psi up > 0 reads as a heading too large (polar.md 4.1).
       const auto dq = s.q * conjugate(r.q);
       const double n = std::sqrt(dq.x * dq.x + dq.y * dq.y + dq.z * dq.z);
-      const double k = n < 1e-12 ? (dq.w < 0 ? 2.0 : -2.0) : -2.0 * std::atan2(dq.w < 0 ? -n : n, std::fabs(dq.w)) / n;
+      const double k = n < 1e-12 ? (dq.w < 0 ? 2.0 : -2.0)
+                                 : -2.0 * std::atan2(dq.w < 0 ? -n : n, std::fabs(dq.w)) / n;
       const V psi{k * dq.x, k * dq.y, k * dq.z};
       const auto level = r.axes * psi;
       e.heading = level.z;
@@ -319,13 +340,19 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
     if (out.series.size() == 1) out.nees_dof = heights && s.std[2] > 0 ? 3 : 2;
   }
   if (in_gap > 0)
-    diagnostics.warn("gap", "solution", fmt::format("{} truth epochs fall into gaps of the solution longer than {:.3g} s and are left out", in_gap, gap));
+    diagnostics.warn(
+        "gap", "solution",
+        fmt::format(
+            "{} truth epochs fall into gaps of the solution longer than {:.3g} s and are left out",
+            in_gap, gap));
   auto& series = out.series;
   if (series.empty()) {
-    throw Error(ErrorKind::kInput,
-                fmt::format("no truth epoch lies inside the solution: solution {} to {} s, truth {} to {} s", sol.front().t, sol.back().t,
-                            ref.front().t, ref.back().t),
-                "t_s");
+    throw Error(
+        ErrorKind::kInput,
+        fmt::format(
+            "no truth epoch lies inside the solution: solution {} to {} s, truth {} to {} s",
+            sol.front().t, sol.back().t, ref.front().t, ref.back().t),
+        "t_s");
   }
 
   out.epochs = series.size();
@@ -347,7 +374,8 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
   const auto up = column([](const auto& e) { return e.up; });
   out.up_rms_m = rms(up);
   out.up_max_m = largest(up);
-  out.position_3d_max_m = largest(column([](const auto& e) { return std::hypot(e.horizontal, std::isnan(e.up) ? 0.0 : e.up); }));
+  out.position_3d_max_m = largest(column(
+      [](const auto& e) { return std::hypot(e.horizontal, std::isnan(e.up) ? 0.0 : e.up); }));
   out.along_rms_m = rms(column([](const auto& e) { return e.along; }));
   out.across_rms_m = rms(column([](const auto& e) { return e.across; }));
   const auto heading = column([](const auto& e) { return e.heading; });
@@ -356,7 +384,9 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
   out.heading_rms_mil = rms(heading) / mil;
   out.pitch_rms_deg = rms(column([](const auto& e) { return e.pitch; })) / deg;
   out.roll_rms_deg = rms(column([](const auto& e) { return e.roll; })) / deg;
-  const auto velocity = column([](const auto& e) { return std::isnan(e.vu) ? std::hypot(e.ve, e.vn) : std::hypot(e.ve, e.vn, e.vu); });
+  const auto velocity = column([](const auto& e) {
+    return std::isnan(e.vu) ? std::hypot(e.ve, e.vn) : std::hypot(e.ve, e.vn, e.vu);
+  });
   out.velocity_rms_mps = rms(velocity);
   out.velocity_max_mps = largest(velocity);
 
@@ -398,7 +428,8 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
 
   // Fixed-length pieces: displacement errors, heading error not removed.
   const auto at_distance = [&](double s) {
-    const auto it = std::lower_bound(series.begin(), series.end(), s, [](const EvaluationEpoch& e, double x) { return e.s < x; });
+    const auto it = std::lower_bound(series.begin(), series.end(), s,
+                                     [](const EvaluationEpoch& e, double x) { return e.s < x; });
     return static_cast<std::size_t>(it - series.begin());
   };
   for (double length : config.lengths) {
@@ -412,7 +443,8 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
       if (b >= series.size()) break;
       const V d = (sol_r[b] - sol_r[a]) - (true_r[b] - true_r[a]);
       const double vertical = dot(d, up_axis[b]);
-      x.push_back(100 * std::sqrt(std::max(0.0, dot(d, d) - vertical * vertical)) / (series[b].s - series[a].s));
+      x.push_back(100 * std::sqrt(std::max(0.0, dot(d, d) - vertical * vertical)) /
+                  (series[b].s - series[a].s));
     }
     row.pieces = x.size();
     if (x.empty()) continue;
@@ -434,7 +466,8 @@ Evaluation evaluate(const Solution& solution, const Solution& truth, const Ellip
       if (b >= series.size()) break;
       if (std::isnan(series[a].heading) || std::isnan(series[b].heading)) continue;
       const V moved = sol_r[b] - sol_r[a], true_moved = true_r[b] - true_r[a];
-      // A heading too large turns the displacement clockwise seen from above: turn it back about up.
+      // A heading too large turns the displacement clockwise seen from above: turn it back about
+      // up.
       const double c = std::cos(series[a].heading), s = std::sin(series[a].heading);
       const V& u = up_axis[a];
       const V turned = c * moved + s * cross(u, moved) + ((1 - c) * dot(u, moved)) * u;
@@ -490,7 +523,8 @@ Requirement parse_requirement(const std::string& text) {
   r.text = text;
   const auto op = text.find_first_of("<>");
   if (op == std::string::npos)
-    throw Error(ErrorKind::kUsage, "expected KEY<NUMBER (or <=, >, >=), for example 'horizontal_pct_max<0.2'", where);
+    throw Error(ErrorKind::kUsage,
+                "expected KEY<NUMBER (or <=, >, >=), for example 'horizontal_pct_max<0.2'", where);
   const auto trim = [](std::string s) {
     const auto a = s.find_first_not_of(" \t"), b = s.find_last_not_of(" \t");
     return a == std::string::npos ? std::string() : s.substr(a, b - a + 1);
@@ -499,8 +533,12 @@ Requirement parse_requirement(const std::string& text) {
   r.op = text.substr(op, op + 1 < text.size() && text[op + 1] == '=' ? 2 : 1);
   const std::string number = trim(text.substr(op + r.op.size()));
   const auto [end, failed] = std::from_chars(number.data(), number.data() + number.size(), r.limit);
-  if (number.empty() || failed != std::errc() || end != number.data() + number.size() || !std::isfinite(r.limit))
-    throw Error(ErrorKind::kUsage, "expected a number after '" + r.op + "', found '" + number + "' (the key carries the unit)", where);
+  if (number.empty() || failed != std::errc() || end != number.data() + number.size() ||
+      !std::isfinite(r.limit))
+    throw Error(
+        ErrorKind::kUsage,
+        "expected a number after '" + r.op + "', found '" + number + "' (the key carries the unit)",
+        where);
   std::vector<std::string> names;
   for (const auto& v : evaluation_values(Evaluation{})) names.push_back(v.name);
   if (std::find(names.begin(), names.end(), r.key) == names.end())
@@ -522,12 +560,13 @@ bool meets(const Requirement& r, const Evaluation& evaluation) {
 void write_evaluation_series(const std::string& path, const Evaluation& evaluation) {
   OutputFile file(path);
   file.write(
-      "t_s,distance_m,east_m,north_m,up_m,horizontal_m,along_m,across_m,ve_mps,vn_mps,vu_mps,heading_deg,pitch_deg,roll_deg,nees\n");
+      "t_s,distance_m,east_m,north_m,up_m,horizontal_m,along_m,across_m,ve_mps,vn_mps,vu_mps,"
+      "heading_deg,pitch_deg,roll_deg,nees\n");
   std::string line;
   for (const auto& e : evaluation.series) {
     line.clear();
-    for (double x : {e.t, e.s, e.east, e.north, e.up, e.horizontal, e.along, e.across, e.ve, e.vn, e.vu, e.heading / deg,
-                     e.pitch / deg, e.roll / deg, e.nees}) {
+    for (double x : {e.t, e.s, e.east, e.north, e.up, e.horizontal, e.along, e.across, e.ve, e.vn,
+                     e.vu, e.heading / deg, e.pitch / deg, e.roll / deg, e.nees}) {
       if (!line.empty()) line += ',';
       append_number(line, x);
     }

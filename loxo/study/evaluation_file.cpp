@@ -38,7 +38,9 @@ Solution read_truth(const std::string& path, Ellipsoid& ellipsoid, Diagnostics& 
   if (!is_drive) return read_solution(path, ellipsoid, diagnostics);
   const Drive drive = read_drive(path);
   if (!drive.reference.present)
-    throw Error(ErrorKind::kInput, "the drive has no [reference]: expected a truth file, or a drive that names one", path);
+    throw Error(ErrorKind::kInput,
+                "the drive has no [reference]: expected a truth file, or a drive that names one",
+                path);
   ellipsoid = drive.ellipsoid;
   std::map<std::string, std::string> columns;
   for (const auto& [key, names] : drive.reference.columns)

@@ -8,8 +8,9 @@ namespace loxo {
 
 Json to_json(const Evaluation& evaluation);
 
-// What FILE of `--truth FILE` holds: a solution-like table, or a drive (folder, .toml, .h5) whose [reference] is
-// meant. Throws Error(kInput) when there is no reference. `ellipsoid`: replaced by the drive's.
+// What FILE of `--truth FILE` holds: a solution-like table, or a drive (folder, .toml, .h5) whose
+// [reference] is meant. Throws Error(kInput) when there is no reference. `ellipsoid`: replaced by
+// the drive's.
 Solution read_truth(const std::string& path, Ellipsoid& ellipsoid, Diagnostics& diagnostics);
 
 }  // namespace loxo
