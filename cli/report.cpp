@@ -19,13 +19,8 @@
 #include "loxo/report/page_html.hpp"
 #include "loxo/report/solution_sections.hpp"
 #include "loxo/text/csv.hpp"
-// Readers of solutions and drives come with the evaluation; without it the page is made of JSON
-// results alone.
-#if __has_include("loxo/study/evaluation_file.hpp")
-#define LOXO_REPORT_SOLUTIONS 1
 #include "loxo/report/error_sections.hpp"
 #include "loxo/study/evaluation_file.hpp"
-#endif
 
 namespace loxo::cli {
 namespace {
@@ -70,7 +65,6 @@ std::string stem_of(const std::string& path) {
   return name;
 }
 
-#ifdef LOXO_REPORT_SOLUTIONS
 // A table is the truth when its file is called so; one that a navigator wrote must be called
 // exactly so.
 bool looks_like_truth(const std::string& stem, const std::string& mode) {
@@ -175,15 +169,6 @@ bool add_errors(Gathered& g, report::Page& page) {
   page.sections.push_back(report::error_section(named, report::time_origin(g.named)));
   return true;
 }
-#else
-[[noreturn]] void missing(const std::string& path) {
-  throw Error(ErrorKind::kWork, "solutions and drives cannot be read by this build", path);
-}
-void add_table(Gathered&, const std::string& path, bool) { missing(path); }
-void add_drive(Gathered&, const std::string& path) { missing(path); }
-void add_truth(Gathered&, const std::string& path) { missing(path); }
-bool add_errors(Gathered&, report::Page&) { return false; }
-#endif
 
 [[noreturn]] void refuse(const std::string& path, const std::string& found) {
   throw Error(ErrorKind::kInput, found + "; " + kRecognised, path);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled where the evaluation is there.
-#if __has_include("loxo/study/evaluate.hpp")
 #include "loxo/report/error_sections.hpp"
 
 #include <algorithm>
@@ -251,4 +249,3 @@ Section error_section(const std::vector<NamedEvaluation>& evaluations, double t0
 }
 
 }  // namespace loxo::report
-#endif
