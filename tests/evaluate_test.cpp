@@ -65,7 +65,8 @@ TEST(Evaluate, ErrorIsThatOfThePlaneAtEveryPlaceAlsoOverThePoleAndTheDateLine) {
     EXPECT_NEAR(j["distance_m"].get<double>(), 6000.0, 1e-3);
     EXPECT_NEAR(j["horizontal_pct_max"].get<double>(), 100 * 5.0 / 6000, 1e-4);
     EXPECT_NEAR(j["cep50_m"].get<double>(), 2.5, 0.02);
-    EXPECT_NEAR(j["across_rms_m"].get<double>(), j["horizontal_rms_m"].get<double>(), 1e-4);
+    // The first epoch has no course yet: one of 601 left out of the mean square.
+    EXPECT_NEAR(j["across_rms_m"].get<double>(), j["horizontal_rms_m"].get<double>(), 3e-3);
     EXPECT_EQ(j["epochs"].get<int>(), 601);
   }
 }
