@@ -2,6 +2,7 @@
 // `loxo simulate`: what it writes reads back, and error-free it navigates home.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -125,6 +126,31 @@ TEST(Simulate, TheTrackSaysTrueDistanceTimesKAndCoursePlusEps) {
     EXPECT_NEAR(track.front().heading / 0.017453292519943295, 33, 1e-5);
     EXPECT_EQ(drive.benchmarks.size(), 2u);
   }
+}
+
+// polar.md 6, [F2]: 24 h at 89.9 N with constant errors, no noise: position error at most 3.21 km.
+TEST(Simulate, TheStaticDayNearThePoleErrsAsPublished) {
+  const std::string folder = scratch_folder() + "/f2", solution = scratch_folder() + "/f2.csv";
+  ASSERT_EQ(run("simulate liu-f2 --set imu.gyro_noise='\"0 deg/sqrt(h)\"' --set "
+                "imu.accel_noise='\"0 ug/sqrt(Hz)\"' -o " +
+                folder)
+                .exit_code,
+            0);
+  const Outcome done =
+      run("navigate " + folder +
+          " --mode inertial --frame transverse --vertical ship --output-rate 0.1Hz -o " + solution);
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  auto found = columns(slurp(solution)), stood = columns(slurp(folder + "/reference.csv"));
+  double most = 0;
+  for (std::size_t i = 0; i < found["x_m"].size(); ++i) {
+    double d[3];
+    int j = 0;
+    for (const char* axis : {"x_m", "y_m", "z_m"})
+      d[j++] = number(found[axis][i]) - number(stood[axis][0]);
+    most = std::max(most, std::hypot(d[0], d[1], d[2]));
+  }
+  constexpr double kPrinted = 10;  // the published maximum is given to 10 m
+  EXPECT_NEAR(most, 3210, kPrinted);
 }
 
 }  // namespace
