@@ -1,0 +1,506 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loxo/study/calibrate_drive.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "loxo/earth/geodetic.hpp"
+#include "loxo/num/error.hpp"
+#include "loxo/num/units.hpp"
+#include "loxo/study/online_calibration.hpp"
+#include "loxo/text/csv.hpp"
+
+namespace loxo {
+namespace {
+
+double declared(double x) { return std::isnan(x) ? 0.0 : x; }
+
+TrackErrorModel error_model(const Drive& drive) {
+  TrackErrorModel m;
+  m.heading_bias = declared(drive.attitude_errors.heading_bias);
+  m.heading_drift = declared(drive.attitude_errors.heading_drift);
+  m.heading_noise = declared(drive.attitude_errors.heading_noise);
+  m.side_slip = declared(drive.odometer_errors.side_slip);
+  m.scale_noise = declared(drive.odometer_errors.scale_noise);
+  m.quantisation = declared(drive.odometer_errors.quantisation);
+  return m;
+}
+
+// Steps of the track that end before the benchmark. A benchmark by time inside a step splits the step there.
+std::size_t row_of(std::vector<TrackStep>& steps, double t_begin, const NamedBenchmark& named,
+                   const std::string& where) {
+  const Benchmark& b = named.point;
+  if (b.row >= 0) {
+    std::size_t n = 0;
+    while (n < steps.size() && static_cast<std::ptrdiff_t>(steps[n].row) <= b.row) ++n;
+    const auto last = static_cast<std::ptrdiff_t>(steps.back().row);
+    if (b.row > last)
+      throw Error(ErrorKind::kInput,
+                  fmt::format("benchmark '{}' stands after row {}, the track has {} rows", named.name, b.row, last), where);
+    return n;
+  }
+  if (std::isnan(b.t))
+    throw Error(ErrorKind::kInput, fmt::format("benchmark '{}' needs t_s or after_row", named.name), where);
+  const double slack = 1e-6 * std::max(1.0, std::fabs(b.t));
+  if (b.t < t_begin - slack || b.t > steps.back().t + slack)
+    throw Error(ErrorKind::kInput,
+                fmt::format("benchmark '{}' is passed at {} s, the track runs from {} s to {} s", named.name, b.t, t_begin,
+                            steps.back().t), where);
+  std::size_t n = 0;
+  double before = t_begin;
+  while (n < steps.size() && steps[n].t <= b.t + slack) before = steps[n++].t;
+  if (n == steps.size() || b.t - before <= slack) return n;
+  TrackStep first = steps[n];
+  const double part = (b.t - before) / (steps[n].t - before);
+  first.t = b.t;
+  first.ds *= part;
+  first.row = n > 0 ? steps[n - 1].row : 0;
+  steps[n].ds *= 1.0 - part;
+  steps.insert(steps.begin() + static_cast<std::ptrdiff_t>(n), first);
+  return n + 1;
+}
+
+// Axes of weak singular directions, in words (vehicle.md 5.3).
+std::string words_of(const Eigen::VectorXd& direction, const std::vector<State>& states) {
+  std::string text;
+  for (Eigen::Index i = 0; i < direction.size(); ++i)
+    if (std::fabs(direction[i]) > 0.3)
+      text += (text.empty() ? "" : " with ") + std::string(state_words(states[static_cast<std::size_t>(i)]));
+  return text;
+}
+
+}  // namespace
+
+const Calibration* DriveCalibration::find(const std::string& name) const {
+  for (const auto& m : methods)
+    if (m.method == name) return &m;
+  return nullptr;
+}
+
+Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark& start,
+                                    const std::vector<Benchmark>& benchmarks,
+                                    const std::vector<std::size_t>& rows, const TrackErrorModel& errors,
+                                    const std::vector<State>& estimate) {
+  Calibration out;
+  out.method = "least_squares";
+  out.states = {State::kScale, State::kAngle};
+  out.states.insert(out.states.end(), estimate.begin(), estimate.end());
+  const auto has = [&](State s) { return std::find(out.states.begin(), out.states.end(), s) != out.states.end(); };
+  const int dim = has(State::kPitch) ? 3 : 2;
+  const Replay replay(track, start, rows);
+  // A start from the farthest benchmark's chord.
+  ChordStart from;
+  for (std::size_t j = 0; j < benchmarks.size(); ++j) {
+    const auto c = chord_start(replay, benchmarks[j], j);
+    if (c.valid && c.chord > from.chord) from = c;
+    if (j == 0 && !c.valid) from.why = c.why;
+  }
+  if (!from.valid) {
+    out.why = from.why.empty() ? "no benchmark stands away from the start: nothing fixes scale and angle" : from.why;
+    return out;
+  }
+  StateVector x{};
+  x[index(State::kScale)] = from.ln_k;
+  x[index(State::kAngle)] = from.eps;
+
+  const auto n = static_cast<Eigen::Index>(benchmarks.size()) * dim;
+  const auto m = static_cast<Eigen::Index>(out.states.size());
+  if (n < m) {
+    out.why = fmt::format("{} unknowns and {} equations: more benchmarks are needed", m, n);
+    return out;
+  }
+  const auto moments = replay.moments(x);
+  const auto sigma = residual_covariance(moments, benchmarks, start, errors, std::exp(x[index(State::kScale)]), dim,
+                                         !has(State::kStartNorth), !has(State::kDrift));
+  Eigen::MatrixXd cov(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) cov(i, j) = sigma[static_cast<std::size_t>(i * n + j)];
+  const double largest = cov.diagonal().maxCoeff();
+  // Known exactly: any weight will do, the stated error is zero.
+  const bool exact = !(largest > 0);
+  if (exact) cov.setIdentity();
+  cov.diagonal().array() += 1e-12 * cov.diagonal().maxCoeff();
+  const Eigen::LLT<Eigen::MatrixXd> factor(cov);
+  if (factor.info() != Eigen::Success) {
+    out.why = "the covariance of the benchmarks is not positive definite: give each a std";
+    return out;
+  }
+  const auto residuals = [&](const std::vector<Arrival>& at) {
+    Eigen::VectorXd r(n);
+    for (std::size_t j = 0; j < benchmarks.size(); ++j) {
+      const auto d = replay.residual(at[j], benchmarks[j]);
+      for (int c = 0; c < dim; ++c) r[static_cast<Eigen::Index>(j) * dim + c] = d[static_cast<std::size_t>(c)];
+    }
+    return r;
+  };
+  Eigen::MatrixXd wj;
+  Eigen::VectorXd wr;
+  double damping = 1e-3, cost = 0;
+  bool converged = false;
+  std::vector<Arrival> arrivals;
+  for (out.iterations = 0; out.iterations < 50 && !converged; ++out.iterations) {
+    arrivals = replay.run(x, out.states);
+    const Eigen::VectorXd r = residuals(arrivals);
+    if (!r.allFinite()) {
+      out.why = "the track leaves the domain of its headings (a pole crossed with true headings?)";
+      return out;
+    }
+    Eigen::MatrixXd jacobian(n, m);
+    for (std::size_t j = 0; j < benchmarks.size(); ++j)
+      for (int c = 0; c < dim; ++c)
+        for (Eigen::Index s = 0; s < m; ++s)
+          jacobian(static_cast<Eigen::Index>(j) * dim + c, s) =
+              arrivals[j].by[index(out.states[static_cast<std::size_t>(s)])][static_cast<std::size_t>(c)];
+    wj = factor.matrixL().solve(jacobian);
+    wr = factor.matrixL().solve(r);
+    cost = wr.squaredNorm();
+    // States differ by many orders of magnitude: columns of unit length.
+    const Eigen::VectorXd scale = wj.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+    const Eigen::MatrixXd a = wj * scale.asDiagonal();
+    for (;;) {
+      Eigen::MatrixXd normal = a.transpose() * a;
+      normal.diagonal().array() += damping;
+      const Eigen::VectorXd step = scale.asDiagonal() * normal.ldlt().solve(a.transpose() * wr);
+      StateVector y = x;
+      for (Eigen::Index s = 0; s < m; ++s) y[index(out.states[static_cast<std::size_t>(s)])] -= step[s];
+      const Eigen::VectorXd r2 = residuals(replay.run(y));
+      const double c2 = r2.allFinite() ? factor.matrixL().solve(r2).eval().squaredNorm() : INFINITY;
+      if (c2 <= cost * (1 + 1e-12) + 1e-20) {
+        const double angle = std::max(std::fabs(step[0]), std::fabs(step[1]));
+        converged = angle < 1e-12 || std::fabs(cost - c2) <= 1e-12 * (cost + 1e-12);
+        x = y;
+        cost = c2;
+        damping = std::max(damping * 0.03, 1e-15);
+        break;
+      }
+      damping = std::max(damping * 10, 1e-12);
+      if (damping > 1e8) {
+        converged = true;  // at the minimum to rounding
+        break;
+      }
+    }
+  }
+  if (!converged) {
+    out.why = "no convergence in 50 iterations";
+    return out;
+  }
+  arrivals = replay.run(x);
+  const Eigen::VectorXd scale = wj.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(wj * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+  for (Eigen::Index i = 0; i < m; ++i)
+    if (svd.singularValues()[i] < 1e-7 * svd.singularValues()[0])
+      out.unobservable.push_back(words_of(svd.matrixV().col(i), out.states) + " cannot be found from these benchmarks");
+  if (!out.unobservable.empty()) {
+    out.why = out.unobservable.front();
+    return out;
+  }
+  const Eigen::MatrixXd inverse = (svd.matrixV() * svd.singularValues().cwiseAbs2().cwiseInverse().asDiagonal() *
+                                   svd.matrixV().transpose());
+  const Eigen::MatrixXd covariance =
+      (exact ? 0.0 : 1.0) * (scale.asDiagonal() * inverse * scale.asDiagonal()).eval();
+  out.covariance.resize(static_cast<std::size_t>(m * m));
+  for (Eigen::Index i = 0; i < m; ++i)
+    for (Eigen::Index j = 0; j < m; ++j) out.covariance[static_cast<std::size_t>(i * m + j)] = covariance(i, j);
+  for (State s : out.states) out.values.push_back(x[index(s)]);
+  out.k = std::exp(x[index(State::kScale)]);
+  out.eps = wrap_pi(x[index(State::kAngle)]);
+  out.ln_k_std = std::sqrt(covariance(0, 0));
+  out.eps_std = std::sqrt(covariance(1, 1));
+  out.correlation = exact ? 0.0 : covariance(0, 1) / (out.ln_k_std * out.eps_std);
+  out.smallest_singular = svd.singularValues()[m - 1];
+  out.chi2 = exact ? 0.0 : cost;
+  out.dof = static_cast<int>(n - m);
+  out.closure = 0;
+  for (std::size_t j = 0; j < benchmarks.size(); ++j) {
+    const auto d = replay.residual(arrivals[j], benchmarks[j]);
+    out.closure = std::max(out.closure, std::hypot(d[0], d[1]));
+    out.residuals.push_back({{}, -d[0], -d[1], -d[2], std::hypot(arrivals[j].north, arrivals[j].east)});
+  }
+  out.valid = true;
+  return out;
+}
+
+DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& options) {
+  DriveCalibration out;
+  const std::string where = drive.path;
+  auto steps = read_track(drive, out.diagnostics);
+  if (steps.size() < 2)
+    throw Error(ErrorKind::kInput, fmt::format("expected a track of at least two rows, found {}", steps.size()), where);
+  if (drive.benchmarks.size() < 2)
+    throw Error(ErrorKind::kInput,
+                fmt::format("calibration needs two [[benchmark]] or more, the first where the drive starts; found {}",
+                            drive.benchmarks.size()), where);
+  // The first step's beginning: one usual interval before its end, unless the first benchmark says otherwise.
+  double t_begin = steps[0].t - (steps[1].t - steps[0].t);
+  const auto& first = drive.benchmarks.front().point;
+  if (first.row < 0 && !std::isnan(first.t) && first.t < steps[0].t) t_begin = std::min(t_begin, first.t);
+  const std::size_t start_row = row_of(steps, t_begin, drive.benchmarks.front(), where);
+  if (start_row > 0) {
+    t_begin = steps[start_row - 1].t;
+    steps.erase(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(start_row));
+  }
+  std::vector<Benchmark> benchmarks;
+  std::vector<std::size_t> rows;
+  for (std::size_t j = 1; j < drive.benchmarks.size(); ++j) {
+    if (steps.empty()) throw Error(ErrorKind::kInput, "the first benchmark stands at the end of the log", where);
+    rows.push_back(row_of(steps, t_begin, drive.benchmarks[j], where));
+    benchmarks.push_back(drive.benchmarks[j].point);
+    benchmarks.back().row = static_cast<std::ptrdiff_t>(rows.back());  // of the steps handed on
+    if (j > 1 && rows[j - 1] < rows[j - 2])
+      throw Error(ErrorKind::kInput,
+                  fmt::format("benchmark '{}' is passed before '{}'; they stand in the order they are passed",
+                              drive.benchmarks[j].name, drive.benchmarks[j - 1].name), where);
+  }
+  steps.resize(std::max<std::size_t>(rows.back(), 1));
+
+  RecordedTrack track;
+  track.ellipsoid = &drive.ellipsoid;
+  track.steps = steps;
+  track.t0 = t_begin;
+  track.model = drive.heading_model;
+  track.reference = drive.heading_reference;
+  track.earth_rate = drive.earth_rate;
+  track.taken_scale = drive.track.present ? drive.track_scale : 1.0;
+  track.taken_offset = drive.track.present ? drive.track_heading_offset : 0.0;
+  const TrackErrorModel errors = error_model(drive);
+  Benchmark start = first;
+  start.row = 0;
+  const Benchmark& end = benchmarks.back();
+  const auto wanted = [&](const std::string& name) { return options.only.empty() || options.only == name; };
+
+  Calibration replayed = calibrate_replay(track, start, end, errors);
+  replayed.method = "replay";
+
+  const Replay to_end(track, start, {rows.back()});
+  const ChordStart recorded = chord_start(to_end, end, 0);
+  StateVector x{};
+  if (replayed.valid) {
+    x[index(State::kScale)] = std::log(replayed.k);
+    x[index(State::kAngle)] = replayed.eps;
+  }
+  const Moments moments = to_end.moments(x).front();
+  out.chord = std::hypot(moments.north, moments.east);
+  out.route = moments.route;
+  out.signed_area = moments.area;
+
+  const bool grid = drive.heading_reference == HeadingReference::kGrid;
+  if (wanted("replay")) out.methods.push_back(replayed);
+  for (ChordMethod method : {ChordMethod::kStartLatitude, ChordMethod::kMeanLatitude, ChordMethod::kRhumb,
+                             ChordMethod::kGeodesic, ChordMethod::kGauss}) {
+    const std::string name(chord_method_name(method));
+    if (!wanted(name)) continue;
+    Calibration c;
+    c.method = name;
+    if (grid) {
+      c.why = "grid headings: chord methods by true azimuth do not apply";
+    } else {
+      TwoPointOptions two;
+      two.benchmark_std = std::sqrt(0.5 * (start.std * start.std + end.std * end.std));
+      two.continuous_lon = true;
+      const auto r = calibrate_two_point(drive.ellipsoid, method,
+                                         {start.lat, start.lon, end.lat, end.lon, recorded.end_lat, recorded.end_lon}, two);
+      c.valid = r.valid;
+      c.why = r.why;
+      if (r.valid) {
+        c.k = r.value.k;
+        c.eps = r.value.eps;
+        // The sensors' share is that of the same track by replay.
+        c.ln_k_std = replayed.valid ? replayed.ln_k_std : r.ln_k_std;
+        c.eps_std = replayed.valid ? replayed.eps_std : r.eps_std;
+        c.correlation = replayed.valid ? replayed.correlation : 0.0;
+        c.iterations = 0;
+        const double k = replayed.valid ? replayed.k : c.k, eps = replayed.valid ? replayed.eps : c.eps;
+        const double azimuth = std::atan2(moments.east, moments.north);
+        if (method == ChordMethod::kStartLatitude || method == ChordMethod::kMeanLatitude) {
+          const auto bias = method == ChordMethod::kStartLatitude
+                                ? start_latitude_bias(drive.ellipsoid, start.lat, out.chord, azimuth, k, eps)
+                                : mean_latitude_bias(drive.ellipsoid, start.lat, out.chord, azimuth, k, eps);
+          c.formula_ln_k = bias.ln_k;
+          c.formula_eps = bias.eps;
+        }
+        if (drive.heading_model == HeadingModel::kIndependent) {
+          const auto bias = route_bias(drive.ellipsoid, start.lat, moments.area, moments.north, moments.east, k, eps);
+          c.route_ln_k = bias.ln_k;
+          c.route_eps = bias.eps;
+        }
+        StateVector own{};
+        own[index(State::kScale)] = std::log(c.k);
+        own[index(State::kAngle)] = c.eps;
+        const auto miss = to_end.residual(to_end.run(own).front(), end);
+        c.closure = std::hypot(miss[0], miss[1]);
+      }
+    }
+    out.methods.push_back(c);
+  }
+  if (wanted("least_squares")) {
+    auto c = calibrate_least_squares(track, start, benchmarks, rows, errors, options.estimate);
+    for (std::size_t j = 0; j < c.residuals.size(); ++j) c.residuals[j].name = drive.benchmarks[j + 1].name;
+    out.methods.push_back(c);
+  }
+  if (wanted("online")) {
+    Calibration c;
+    c.method = "online";
+    if (!drive.imu.present || !drive.odometer.present) {
+      c.why = "needs [imu] and [odometer]";
+    } else if (!options.online && options.only.empty()) {
+      c.why = "not asked for: --method online runs the joint filter";
+    } else {
+      Diagnostics told;
+      const auto r = online_calibration(drive, told);
+      out.diagnostics.append(told);
+      c.valid = r.valid;
+      c.why = r.why;
+      c.k = r.k;
+      c.eps = r.eps;
+      c.ln_k_std = r.k_std / r.k;
+      c.eps_std = r.eps_std;
+      c.correlation = r.correlation;
+    }
+    out.methods.push_back(c);
+  }
+
+  const auto valid = [&](const char* name) {
+    const auto* m = out.find(name);
+    return m != nullptr && m->valid;
+  };
+  if (benchmarks.size() > 1 && valid("least_squares")) {
+    out.recommended = "least_squares";
+    out.why = "several benchmarks: all of them, weighted by what is declared";
+  } else if (valid("replay")) {
+    out.recommended = "replay";
+    out.why = "exact for any route and heading model";
+  } else if (valid("least_squares")) {
+    out.recommended = "least_squares";
+    out.why = "the replay of the two ends is not valid";
+  } else {
+    for (const char* name : {"rhumb", "geodesic", "gauss", "mean_latitude", "start_latitude", "online"})
+      if (out.recommended.empty() && valid(name)) {
+        out.recommended = name;
+        out.why = "the only kind that is valid here";
+      }
+  }
+  if (const auto* best = out.find(out.recommended); best != nullptr && drive.odometer.present &&
+      (drive.odometer_kind == "pulses" || drive.odometer_kind == "counter"))
+    out.metres_per_pulse = drive.odometer_scale / best->k;
+  return out;
+}
+
+namespace {
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+Json method_json(const Calibration& m) {
+  Json j;
+  j["k"] = number(m.k);
+  j["k_std"] = number(m.ln_k_std * m.k);
+  j["eps_deg"] = number(m.eps / deg);
+  j["eps_std_deg"] = number(m.eps_std / deg);
+  j["correlation"] = number(m.correlation);
+  j["closure_m"] = number(m.closure);
+  j["iterations"] = m.iterations;
+  j["valid"] = m.valid;
+  j["why"] = m.why;
+  if (!std::isnan(m.smallest_singular)) j["smallest_singular_m"] = number(m.smallest_singular);
+  if (!std::isnan(m.formula_ln_k)) {
+    j["formula_bias_k"] = number(m.formula_ln_k * m.k);
+    j["formula_bias_eps_deg"] = number(m.formula_eps / deg);
+  }
+  if (!std::isnan(m.route_ln_k)) {
+    j["route_bias_k"] = number(m.route_ln_k * m.k);
+    j["route_bias_eps_deg"] = number(m.route_eps / deg);
+  }
+  if (m.method != "least_squares") return j;
+  j["chi2"] = number(m.chi2);
+  j["dof"] = m.dof;
+  const std::size_t n = m.states.size();
+  for (std::size_t i = 2; i < n && i < m.values.size(); ++i) {
+    const double std = std::sqrt(m.covariance[i * n + i]), value = m.values[i];
+    switch (m.states[i]) {
+      case State::kDrift:
+        j["heading_drift_deg_h"] = value / deg_per_h;
+        j["heading_drift_std_deg_h"] = std / deg_per_h;
+        break;
+      case State::kPitch:
+        j["pitch_mounting_deg"] = value / deg;
+        j["pitch_mounting_std_deg"] = std / deg;
+        break;
+      default:
+        j[std::string(state_name(m.states[i])) + "_m"] = value;
+        j[std::string(state_name(m.states[i])) + "_std_m"] = std;
+    }
+  }
+  j["unobservable"] = m.unobservable;
+  j["residuals"] = Json::array();
+  for (const auto& r : m.residuals)
+    j["residuals"].push_back({{"name", r.name}, {"north_m", number(r.north)}, {"east_m", number(r.east)}});
+  return j;
+}
+const char* model_name(const Drive& drive) {
+  return drive.heading_model == HeadingModel::kMechanised ? "mechanised" : "independent";
+}
+}  // namespace
+
+Json to_json(const Drive& drive, const DriveCalibration& result) {
+  Json j;
+  j["command"] = "calibrate";
+  j["recommended"] = result.recommended;
+  j["recommended_why"] = result.why;
+  j["heading_model"] = model_name(drive);
+  j["methods"] = Json::object();
+  for (const auto& m : result.methods) j["methods"][m.method] = method_json(m);
+  j["chord_m"] = number(result.chord);
+  j["route_m"] = number(result.route);
+  j["signed_area_m2"] = number(result.signed_area);
+  j["metres_per_pulse"] = number(result.metres_per_pulse);
+  return j;
+}
+
+Json certificate(const Drive& drive, const DriveCalibration& result, const std::string& version) {
+  Json j = to_json(drive, result);
+  j["command"] = "certificate";
+  j["format"] = 1;
+  j["name"] = drive.name;
+  j["program_version"] = version;
+  const std::filesystem::path toml = std::filesystem::is_directory(drive.path)
+                                         ? std::filesystem::path(drive.path) / "drive.toml"
+                                         : std::filesystem::path(drive.path);
+  j["input_hash"] = file_hash(toml.string());
+  if (const auto* best = result.find(result.recommended)) {
+    const double k_std = best->ln_k_std * best->k;
+    j["method"] = best->method;
+    j["k"] = best->k;
+    j["k_std"] = number(k_std);
+    j["eps_deg"] = best->eps / deg;
+    j["eps_std_deg"] = number(best->eps_std / deg);
+    j["correlation"] = number(best->correlation);
+    j["valid"] = best->valid;
+  }
+  return j;
+}
+
+Drift drift_against(const Calibration& now, const Json& then, const std::string& path) {
+  for (const char* key : {"k", "eps_deg", "k_std", "eps_std_deg"})
+    if (!then.is_object() || !then.contains(key) || !then[key].is_number())
+      throw Error(ErrorKind::kInput, "expected a certificate with the number '" + std::string(key) + "'", path);
+  Drift d;
+  d.dk = now.k - then["k"].get<double>();
+  d.deps = wrap_pi(now.eps - then["eps_deg"].get<double>() * deg);
+  const auto of = [](double ks, double es, double rho) {
+    Eigen::Matrix2d c;
+    c << ks * ks, rho * ks * es, rho * ks * es, es * es;
+    return c;
+  };
+  const double rho = then.contains("correlation") && then["correlation"].is_number() ? then["correlation"].get<double>() : 0.0;
+  const Eigen::Matrix2d c = of(now.ln_k_std * now.k, now.eps_std, declared(now.correlation)) +
+                            of(then["k_std"].get<double>(), then["eps_std_deg"].get<double>() * deg, rho);
+  const Eigen::Vector2d diff(d.dk, d.deps);
+  d.chi2 = c.determinant() > 0 ? diff.dot(c.inverse() * diff) : (diff.norm() > 1e-12 ? INFINITY : 0.0);
+  d.probability = std::exp(-0.5 * d.chi2);  // chi-square with two degrees of freedom
+  d.drifted = d.probability < 0.01;
+  return d;
+}
+
+}  // namespace loxo
