@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Campaigns on one core: trajectory steps a second of a one-hour-like drive (simulate with errors, navigate, reckon,
-// evaluate), and two-point calibrations a second; in lanes against the same trials alone in double.
+// Campaigns on one core: trajectory steps a second of a one-hour-like drive (simulate with errors,
+// navigate, reckon, evaluate), and two-point calibrations a second; in lanes against the same
+// trials alone in double.
 #include <benchmark/benchmark.h>
 
 #include "loxo/study/campaign.hpp"
@@ -32,12 +33,14 @@ constexpr double kSteps = 6000;
 void drive_lanes(benchmark::State& state, const char* frame) {
   const Campaign c = drives(frame);
   for (auto _ : state) benchmark::DoNotOptimize(run_block(c, 0, 8));
-  state.counters["steps"] = benchmark::Counter(8 * kSteps, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["steps"] =
+      benchmark::Counter(8 * kSteps, benchmark::Counter::kIsIterationInvariantRate);
 }
 void drive_double(benchmark::State& state, const char* frame) {
   const Campaign c = drives(frame);
   for (auto _ : state) benchmark::DoNotOptimize(run_trial(c, 3));
-  state.counters["steps"] = benchmark::Counter(kSteps, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["steps"] =
+      benchmark::Counter(kSteps, benchmark::Counter::kIsIterationInvariantRate);
 }
 BENCHMARK_CAPTURE(drive_lanes, geographic, "geographic");
 BENCHMARK_CAPTURE(drive_lanes, transverse, "transverse");
@@ -49,10 +52,13 @@ BENCHMARK_CAPTURE(drive_double, geographic, "geographic");
 void two_point_lanes(benchmark::State& state) {
   CampaignSource s;
   s.name = "bench";
-  s.text = "kind = \"two_point\"\n[parameters]\ncourse = { uniform = [\"0 deg\", \"360 deg\"] }\nscale = { normal = [1.0, 0.02] }\n";
+  s.text =
+      "kind = \"two_point\"\n[parameters]\ncourse = { uniform = [\"0 deg\", \"360 deg\"] }\nscale "
+      "= { normal = [1.0, 0.02] }\n";
   const Campaign c = read_campaign(s, "bench");
   for (auto _ : state) benchmark::DoNotOptimize(run_block(c, 0, 1024));
-  state.counters["calibrations"] = benchmark::Counter(1024, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["calibrations"] =
+      benchmark::Counter(1024, benchmark::Counter::kIsIterationInvariantRate);
 }
 BENCHMARK(two_point_lanes);
 

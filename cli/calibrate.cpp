@@ -20,11 +20,12 @@ struct Options {
   std::vector<std::string> estimate;
 };
 
-const std::vector<std::string> kMethods = {"replay", "start_latitude", "mean_latitude", "rhumb",
-                                           "geodesic", "gauss", "least_squares", "online"};
+const std::vector<std::string> kMethods = {"replay",   "start_latitude", "mean_latitude", "rhumb",
+                                           "geodesic", "gauss",          "least_squares", "online"};
 
 std::vector<State> states_of(const std::vector<std::string>& names) {
-  static const std::vector<std::string> known = {"heading_drift", "pitch_mounting", "lever_arm", "start_offset"};
+  static const std::vector<std::string> known = {"heading_drift", "pitch_mounting", "lever_arm",
+                                                 "start_offset"};
   std::vector<State> out;
   for (const auto& n : names) {
     if (n == "heading_drift") {
@@ -36,23 +37,29 @@ std::vector<State> states_of(const std::vector<std::string>& names) {
     } else if (n == "start_offset") {
       out.insert(out.end(), {State::kStartNorth, State::kStartEast});
     } else {
-      throw Error(ErrorKind::kUsage, "'" + n + "' is no state" + suggestion(n, known), "--estimate");
+      throw Error(ErrorKind::kUsage, "'" + n + "' is no state" + suggestion(n, known),
+                  "--estimate");
     }
   }
   return out;
 }
 
-std::string number(double x, const char* format) { return std::isnan(x) ? "-" : fmt::format(fmt::runtime(format), x); }
+std::string number(double x, const char* format) {
+  return std::isnan(x) ? "-" : fmt::format(fmt::runtime(format), x);
+}
 
 int run(const Globals& globals, const Options& o) {
-  if (o.drive.empty()) throw Error(ErrorKind::kUsage, "calibrate what? a DRIVE, or 'points'", "calibrate");
+  if (o.drive.empty())
+    throw Error(ErrorKind::kUsage, "calibrate what? a DRIVE, or 'points'", "calibrate");
   CalibrateOptions options;
   options.estimate = states_of(o.estimate);
   options.only = o.method;
   for (char& c : options.only)
     if (c == '-') c = '_';
-  if (!options.only.empty() && std::find(kMethods.begin(), kMethods.end(), options.only) == kMethods.end())
-    throw Error(ErrorKind::kUsage, "'" + o.method + "' is no method" + suggestion(options.only, kMethods), "--method");
+  if (!options.only.empty() &&
+      std::find(kMethods.begin(), kMethods.end(), options.only) == kMethods.end())
+    throw Error(ErrorKind::kUsage,
+                "'" + o.method + "' is no method" + suggestion(options.only, kMethods), "--method");
   if (!options.estimate.empty() && options.only.empty()) options.online = false;
   const Drive drive = read_drive(o.drive, globals.sets);
   auto result = calibrate_drive(drive, options);
@@ -63,8 +70,9 @@ int run(const Globals& globals, const Options& o) {
   Drift drift;
   if (!o.against.empty() && best != nullptr) {
     drift = drift_against(*best, read_json(o.against), o.against);
-    json["against"] = {{"certificate", o.against}, {"drifted", drift.drifted}, {"chi2", drift.chi2},
-                       {"probability", drift.probability}, {"dk", drift.dk}, {"deps_deg", drift.deps / deg}};
+    json["against"] = {{"certificate", o.against}, {"drifted", drift.drifted},
+                       {"chi2", drift.chi2},       {"probability", drift.probability},
+                       {"dk", drift.dk},           {"deps_deg", drift.deps / deg}};
   }
   json["diagnostics"] = to_json(result.diagnostics);
   if (!globals.output.empty() && best != nullptr) {
@@ -73,22 +81,28 @@ int run(const Globals& globals, const Options& o) {
     file.commit();
   }
   if (globals.json) print_json(json);
-  say(globals, fmt::format("{}: route {:.1f} m, chord {:.1f} m, area {:.4g} m^2, headings {}", drive.name, result.route,
-                           result.chord, result.signed_area, json["heading_model"].get<std::string>()));
-  say(globals, fmt::format("  {:<15}{:>14}{:>11}{:>14}{:>11}{:>11}{:>12}{:>14}", "method", "k", "+-", "eps [deg]", "+-", "closure m",
-                           "route dk", "route deps \""));
+  say(globals, fmt::format("{}: route {:.1f} m, chord {:.1f} m, area {:.4g} m^2, headings {}",
+                           drive.name, result.route, result.chord, result.signed_area,
+                           json["heading_model"].get<std::string>()));
+  say(globals, fmt::format("  {:<15}{:>14}{:>11}{:>14}{:>11}{:>11}{:>12}{:>14}", "method", "k",
+                           "+-", "eps [deg]", "+-", "closure m", "route dk", "route deps \""));
   for (const auto& m : result.methods) {
     if (m.valid)
-      say(globals, fmt::format("{} {:<15}{:>14.9f}{:>11}{:>14.7f}{:>11}{:>11}{:>12}{:>14}", m.method == result.recommended ? "*" : " ",
-                               m.method, m.k, number(m.ln_k_std * m.k, "{:.2g}"), m.eps / deg, number(m.eps_std / deg, "{:.2g}"),
-                               number(m.closure, "{:.3g}"), number(m.route_ln_k, "{:.2g}"), number(m.route_eps / arcsec, "{:.2g}")));
+      say(globals,
+          fmt::format("{} {:<15}{:>14.9f}{:>11}{:>14.7f}{:>11}{:>11}{:>12}{:>14}",
+                      m.method == result.recommended ? "*" : " ", m.method, m.k,
+                      number(m.ln_k_std * m.k, "{:.2g}"), m.eps / deg,
+                      number(m.eps_std / deg, "{:.2g}"), number(m.closure, "{:.3g}"),
+                      number(m.route_ln_k, "{:.2g}"), number(m.route_eps / arcsec, "{:.2g}")));
     else
       say(globals, fmt::format("  {:<15}{}", m.method, m.why));
   }
-  if (best != nullptr) say(globals, fmt::format("* recommended: {} ({})", result.recommended, result.why));
+  if (best != nullptr)
+    say(globals, fmt::format("* recommended: {} ({})", result.recommended, result.why));
   if (!o.against.empty() && best != nullptr)
-    say(globals, fmt::format("against {}: {} (chi2 {:.3g}, probability {:.3g})", o.against, drift.drifted ? "drifted" : "not drifted",
-                             drift.chi2, drift.probability));
+    say(globals,
+        fmt::format("against {}: {} (chi2 {:.3g}, probability {:.3g})", o.against,
+                    drift.drifted ? "drifted" : "not drifted", drift.chi2, drift.probability));
   print_diagnostics(globals, result.diagnostics);
   if (best == nullptr) {
     std::string reasons;
@@ -102,11 +116,18 @@ int run(const Globals& globals, const Options& o) {
 
 void add_calibrate(CLI::App& app, Globals& globals) {
   auto o = std::make_shared<Options>();
-  auto* sub = add_command(app, globals, "calibrate", "scale and mounting angle from a recorded drive, every method side by side",
-                          "loxo calibrate DRIVE -o certificate.json", [&globals, o]() -> int { return run(globals, *o); });
+  auto* sub =
+      add_command(app, globals, "calibrate",
+                  "scale and mounting angle from a recorded drive, every method side by side",
+                  "loxo calibrate DRIVE -o certificate.json",
+                  [&globals, o]() -> int { return run(globals, *o); });
   sub->add_option("DRIVE", o->drive, "the recorded drive");
-  sub->add_option("--method", o->method, "one of replay, start_latitude, mean_latitude, rhumb, geodesic, gauss, least_squares, online");
-  sub->add_option("--estimate", o->estimate, "states beside scale and angle: heading_drift,pitch_mounting,lever_arm,start_offset")
+  sub->add_option("--method", o->method,
+                  "one of replay, start_latitude, mean_latitude, rhumb, geodesic, gauss, "
+                  "least_squares, online");
+  sub->add_option(
+         "--estimate", o->estimate,
+         "states beside scale and angle: heading_drift,pitch_mounting,lever_arm,start_offset")
       ->delimiter(',');
   sub->add_option("--against", o->against, "an older certificate: drifted or not");
   add_calibrate_points(*sub, globals);

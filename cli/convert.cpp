@@ -5,9 +5,8 @@
 namespace loxo::cli {
 
 void add_convert(CLI::App& app, Globals& globals) {
-  add_command(app, globals, "convert", "(not built yet)", "loxo convert", [] () -> int {
-    throw Error(ErrorKind::kWork, "convert is not built yet");
-  });
+  add_command(app, globals, "convert", "(not built yet)", "loxo convert",
+              []() -> int { throw Error(ErrorKind::kWork, "convert is not built yet"); });
 }
 
 }  // namespace loxo::cli

@@ -39,18 +39,20 @@ int run(const Globals& globals) {
       {"a drive with sensors, and its truth", "simulate straight-road -o " + in("drive") + seed},
       {"odometer scale and mounting angle from the surveyed points",
        "calibrate " + in("drive") + " -o " + in("certificate.json")},
-      {"dead reckoning as recorded", "navigate " + in("drive") + " --mode reckon -o " + in("as_recorded.csv")},
-      {"dead reckoning, calibrated",
-       "navigate " + in("drive") + " --mode reckon --calibration " + in("certificate.json") + " -o " + in("calibrated.csv")},
-      {"how wrong each is",
-       "evaluate " + in("as_recorded.csv") + " --truth " + in("drive") + " -o " + in("as_recorded.json")},
-      {"", "evaluate " + in("calibrated.csv") + " --truth " + in("drive") + " -o " + in("calibrated.json")},
+      {"dead reckoning as recorded",
+       "navigate " + in("drive") + " --mode reckon -o " + in("as_recorded.csv")},
+      {"dead reckoning, calibrated", "navigate " + in("drive") + " --mode reckon --calibration " +
+                                         in("certificate.json") + " -o " + in("calibrated.csv")},
+      {"how wrong each is", "evaluate " + in("as_recorded.csv") + " --truth " + in("drive") +
+                                " -o " + in("as_recorded.json")},
+      {"", "evaluate " + in("calibrated.csv") + " --truth " + in("drive") + " -o " +
+               in("calibrated.json")},
       {"over the pole, inertial only", "simulate over-the-pole -o " + in("pole") + seed},
       {"", "navigate " + in("pole") + " --mode inertial --frame auto -o " + in("pole.csv")},
       {"", "evaluate " + in("pole.csv") + " --truth " + in("pole") + " -o " + in("pole.json")},
-      {"one page that shows it all",
-       "report " + in("as_recorded.csv") + " " + in("calibrated.csv") + " " + in("certificate.json") + " " + in("drive") +
-           " -o " + in("report.html")},
+      {"one page that shows it all", "report " + in("as_recorded.csv") + " " +
+                                         in("calibrated.csv") + " " + in("certificate.json") + " " +
+                                         in("drive") + " -o " + in("report.html")},
       {"", "report " + in("pole.csv") + " " + in("pole") + " -o " + in("pole.html")},
   };
   int number = 0;
@@ -69,7 +71,9 @@ int run(const Globals& globals) {
     json["folder"] = folder;
     print_json(json);
   }
-  say(globals, fmt::format("\nThe reports: {0}/report.html (calibration), {0}/pole.html (over the pole)", folder));
+  say(globals,
+      fmt::format("\nThe reports: {0}/report.html (calibration), {0}/pole.html (over the pole)",
+                  folder));
   return 0;
 }
 
@@ -77,7 +81,8 @@ int run(const Globals& globals) {
 
 void add_demo(CLI::App& app, Globals& globals) {
   add_command(app, globals, "demo",
-              "the whole journey on embedded scenarios: simulate, calibrate, navigate, evaluate, over the pole, report",
+              "the whole journey on embedded scenarios: simulate, calibrate, navigate, evaluate, "
+              "over the pole, report",
               "loxo demo -o loxo-demo", [&globals]() -> int { return run(globals); });
 }
 

@@ -15,12 +15,12 @@
 #include "loxo/log/drive.hpp"
 #include "loxo/log/solution_file.hpp"
 #include "loxo/num/error.hpp"
+#include "loxo/report/error_sections.hpp"
 #include "loxo/report/json_sections.hpp"
 #include "loxo/report/page_html.hpp"
 #include "loxo/report/solution_sections.hpp"
-#include "loxo/text/csv.hpp"
-#include "loxo/report/error_sections.hpp"
 #include "loxo/study/evaluation_file.hpp"
+#include "loxo/text/csv.hpp"
 
 namespace loxo::cli {
 namespace {

@@ -5,9 +5,8 @@
 namespace loxo::cli {
 
 void add_reproduce(CLI::App& app, Globals& globals) {
-  add_command(app, globals, "reproduce", "(not built yet)", "loxo reproduce", [] () -> int {
-    throw Error(ErrorKind::kWork, "reproduce is not built yet");
-  });
+  add_command(app, globals, "reproduce", "(not built yet)", "loxo reproduce",
+              []() -> int { throw Error(ErrorKind::kWork, "reproduce is not built yet"); });
 }
 
 }  // namespace loxo::cli

@@ -35,7 +35,7 @@ TEST(AnalyzeStatic, TableAnswersRowByRowAndKeepsTheOthersWhenOneIsBad) {
   EXPECT_NEAR(number(c["dve_mps"][0]), expected, 1e-12);
   EXPECT_TRUE(std::isnan(number(c["dve_mps"][1])));
   EXPECT_NE(o.err.find(":3"), std::string::npos) << o.err;  // the bad row's line
-  EXPECT_NEAR(number(c["dvn_mps"][2]), 0.02, 1e-16);  // t = 0: the initial error, to rounding
+  EXPECT_NEAR(number(c["dvn_mps"][2]), 0.02, 1e-16);        // t = 0: the initial error, to rounding
   EXPECT_EQ(run("analyze static --table -", "a,b\n1,2\n").exit_code, 3);
 }
 

@@ -39,8 +39,9 @@ double smallest_singular_value(double a, double b, double c, double d) {
 Replay::Replay(const RecordedTrack& track, const Benchmark& start, std::vector<std::size_t> rows)
     : track_(track), start_(start), rows_(std::move(rows)) {
   if (!rows_.empty() && rows_.back() > track_.steps.size())
-    throw Error(ErrorKind::kInput, fmt::format("a benchmark stands after row {}, the track has {} rows", rows_.back(),
-                                               track_.steps.size()));
+    throw Error(ErrorKind::kInput,
+                fmt::format("a benchmark stands after row {}, the track has {} rows", rows_.back(),
+                            track_.steps.size()));
   const std::size_t n = rows_.empty() ? 0 : rows_.back();
   if (track_.model == HeadingModel::kIndependent || track_.reference == HeadingReference::kGrid) {
     north_.resize(n);
@@ -84,12 +85,14 @@ std::vector<Arrival> Replay::run_true(const StateVector& x) const {
   const double eps = x[index(State::kAngle)];
   const double ce = shrink * cos(eps), se = shrink * sin(eps);
 
-  // The start, moved by the state and by the lever arm: the odometer starts beside the surveyed point.
+  // The start, moved by the state and by the lever arm: the odometer starts beside the surveyed
+  // point.
   const double psi0 = heading_at(0) - eps - b * track_.t0;
   const auto lever0 = body_to_level(track_.lever_right + x[index(State::kLeverRight)],
                                     track_.lever_forward + x[index(State::kLeverForward)], psi0);
   const double sl = std::sin(start_.lat), cl = std::cos(start_.lat);
-  const double move_n = x[index(State::kStartNorth)] - lever0[0], move_e = x[index(State::kStartEast)] - lever0[1];
+  const double move_n = x[index(State::kStartNorth)] - lever0[0],
+               move_e = x[index(State::kStartEast)] - lever0[1];
   auto state = reckon_start(start_.lat, start_.lon);
   if (move_n != 0 || move_e != 0) step_exact(ell, state, move_n, move_e, start_.h);
   const double lon0 = state.lon;
@@ -97,7 +100,8 @@ std::vector<Arrival> Replay::run_true(const StateVector& x) const {
   std::vector<Arrival> out;
   out.reserve(rows_.size());
   double sum_n = 0, sum_e = 0, up = 0;
-  // Sums of (V-40): of dn D, de w' m, de w' E, de w'; with drift: E_b, N_b and theirs; with pitch likewise.
+  // Sums of (V-40): of dn D, de w' m, de w' E, de w'; with drift: E_b, N_b and theirs; with pitch
+  // likewise.
   double dn_d = 0, slope_m = 0, slope_e = 0, slope = 0;
   double drift_m = 0, drift_lon = 0, pitch_m = 0, pitch_e = 0, pitch_lon = 0, pitch_up = 0;
   double largest = std::fabs(start_.lat);
@@ -115,7 +119,8 @@ std::vector<Arrival> Replay::run_true(const StateVector& x) const {
         sincos(step.pitch - pitch_mounting, sp, cp);
         n = step.ds * cp * c;
         e = step.ds * cp * s;
-        tilt_n = shrink * step.ds * sp * c;  // derivative by the pitch mounting, before the turn by eps
+        tilt_n =
+            shrink * step.ds * sp * c;  // derivative by the pitch mounting, before the turn by eps
         tilt_e = shrink * step.ds * sp * s;
         up += shrink * step.ds * sp;
         pitch_up -= shrink * step.ds * cp;
@@ -133,7 +138,8 @@ std::vector<Arrival> Replay::run_true(const StateVector& x) const {
           // psi -> psi - b t: d dn = +t de, d de = -t dn.
           drift_lon += -t * rates.north * rates.mean_rate + w * (drift_m + 0.5 * t * rates.east);
           drift_m += t * rates.east;
-          const double tn = cos(eps) * tilt_n + sin(eps) * tilt_e, te = cos(eps) * tilt_e - sin(eps) * tilt_n;
+          const double tn = cos(eps) * tilt_n + sin(eps) * tilt_e,
+                       te = cos(eps) * tilt_e - sin(eps) * tilt_n;
           pitch_lon += te * rates.mean_rate + w * (pitch_m + 0.5 * tn);
           pitch_m += tn;
           pitch_e += te;
@@ -179,7 +185,8 @@ std::vector<Arrival> Replay::run_mechanised(const StateVector& x) const {
   const auto lever0 = body_to_level(track_.lever_right + x[index(State::kLeverRight)],
                                     track_.lever_forward + x[index(State::kLeverForward)], psi0);
   auto state = mechanised_start(start_.lat, start_.lon);
-  const double move_n = x[index(State::kStartNorth)] - lever0[0], move_e = x[index(State::kStartEast)] - lever0[1];
+  const double move_n = x[index(State::kStartNorth)] - lever0[0],
+               move_e = x[index(State::kStartEast)] - lever0[1];
   if (move_n != 0 || move_e != 0) {
     step_exact(ell, state.truth, move_n, move_e, start_.h);
     state.recorded = state.truth;
@@ -192,14 +199,16 @@ std::vector<Arrival> Replay::run_mechanised(const StateVector& x) const {
   for (const std::size_t row : rows_) {
     for (; i < row; ++i) {
       const TrackStep& step = track_.steps[i];
-      const double t = step_time(track_, i), dt = track_.earth_rate ? step_interval(track_, i) : 0.0;
+      const double t = step_time(track_, i),
+                   dt = track_.earth_rate ? step_interval(track_, i) : 0.0;
       const double ds = step.ds * track_.taken_scale;
       const double pitch = step.pitch - pitch_mounting;
       const double cp = step.pitch == 0 && pitch_mounting == 0 ? 1.0 : std::cos(step.pitch);
-      const double shrink = k * track_.taken_scale * (cp == 1.0 ? 1.0 : std::cos(step.pitch) / std::cos(pitch));
+      const double shrink =
+          k * track_.taken_scale * (cp == 1.0 ? 1.0 : std::cos(step.pitch) / std::cos(pitch));
       // The set kept its heading with everything still in it; drift is taken off the true heading.
-      const double psi = step_mechanised(ell, state, ds * cp, step.heading + track_.taken_offset, shrink,
-                                         eps + track_.taken_offset + b * t, step.h, dt);
+      const double psi = step_mechanised(ell, state, ds * cp, step.heading + track_.taken_offset,
+                                         shrink, eps + track_.taken_offset + b * t, step.h, dt);
       up += step.ds / k * std::sin(pitch);
       sum_n += step.ds / k * std::cos(pitch) * std::cos(psi);
       sum_e += step.ds / k * std::cos(pitch) * std::sin(psi);
@@ -228,7 +237,8 @@ std::vector<Arrival> Replay::run_grid(const StateVector& x) const {
   const auto lever0 = body_to_level(track_.lever_right + x[index(State::kLeverRight)],
                                     track_.lever_forward + x[index(State::kLeverForward)], g0);
   auto state = grid_start(start_.lat, start_.lon);
-  const double move_n = x[index(State::kStartNorth)] - lever0[0], move_e = x[index(State::kStartEast)] - lever0[1];
+  const double move_n = x[index(State::kStartNorth)] - lever0[0],
+               move_e = x[index(State::kStartEast)] - lever0[1];
   const double move = std::hypot(move_n, move_e);
   if (move > 0) step_grid(ell, north, state, move, std::atan2(move_e, move_n), start_.h);
   std::vector<Arrival> out;
@@ -274,25 +284,31 @@ void Replay::finish(std::vector<Arrival>& arrivals, const StateVector& x, bool s
   for (auto& a : arrivals) {
     const auto lever = body_to_level(right, forward, a.heading);
     if (sensitive) {
-      // C(psi_j) - C(psi_0) in the lever's derivatives, and the lever's turn by eps and drift: dC/dpsi = (-e, n).
-      const double psi0 = heading_at(0) - x[index(State::kAngle)] - x[index(State::kDrift)] * track_.t0;
+      // C(psi_j) - C(psi_0) in the lever's derivatives, and the lever's turn by eps and drift:
+      // dC/dpsi = (-e, n).
+      const double psi0 =
+          heading_at(0) - x[index(State::kAngle)] - x[index(State::kDrift)] * track_.t0;
       const auto start = body_to_level(right, forward, psi0);
       const auto by_n = a.by[index(State::kStartNorth)], by_e = a.by[index(State::kStartEast)];
-      auto moved = [&](const std::array<double, 2>& end, const std::array<double, 2>& begin, double factor) {
+      auto moved = [&](const std::array<double, 2>& end, const std::array<double, 2>& begin,
+                       double factor) {
         std::array<double, 3> r{};
         r[0] = factor * (end[0] - (begin[0] * by_n[0] + begin[1] * by_e[0]));
         r[1] = factor * (end[1] - (begin[0] * by_n[1] + begin[1] * by_e[1]));
         return r;
       };
-      a.by[index(State::kLeverRight)] = moved(body_to_level(1, 0, a.heading), body_to_level(1, 0, psi0), 1.0);
-      a.by[index(State::kLeverForward)] = moved(body_to_level(0, 1, a.heading), body_to_level(0, 1, psi0), 1.0);
+      a.by[index(State::kLeverRight)] =
+          moved(body_to_level(1, 0, a.heading), body_to_level(1, 0, psi0), 1.0);
+      a.by[index(State::kLeverForward)] =
+          moved(body_to_level(0, 1, a.heading), body_to_level(0, 1, psi0), 1.0);
       const auto turn = moved({-lever[1], lever[0]}, {-start[1], start[0]}, -1.0);
       for (int c = 0; c < 2; ++c) a.by[index(State::kAngle)][c] += turn[c];
     }
     if (right == 0 && forward == 0) continue;
     if (track_.reference == HeadingReference::kGrid) {
       auto grid = grid_start(a.lat, a.lon);
-      step_grid(ell, start_.lat >= 0, grid, std::hypot(lever[0], lever[1]), std::atan2(lever[1], lever[0]), start_.h);
+      step_grid(ell, start_.lat >= 0, grid, std::hypot(lever[0], lever[1]),
+                std::atan2(lever[1], lever[0]), start_.h);
       latlon_of_normal(grid.n, a.lat, a.lon);
     } else {
       auto moved = reckon_start(a.lat, a.lon);
@@ -309,7 +325,8 @@ std::vector<Arrival> Replay::run(const StateVector& x, std::span<const State> es
     finish(out, x, false);
     return out;
   }
-  const bool analytic = track_.model == HeadingModel::kIndependent && track_.reference == HeadingReference::kTrue;
+  const bool analytic =
+      track_.model == HeadingModel::kIndependent && track_.reference == HeadingReference::kTrue;
   if (analytic) {
     bool full = x[index(State::kDrift)] != 0 || x[index(State::kPitch)] != 0 || has_pitch_;
     for (const State s : estimated) full = full || s == State::kDrift || s == State::kPitch;
@@ -320,9 +337,11 @@ std::vector<Arrival> Replay::run(const StateVector& x, std::span<const State> es
   }
   auto out = run(x);
   const double largest = largest_latitude_;
-  const double span = std::max(1.0, out.empty() ? 1.0 : std::fabs(track_.steps[rows_.back() - 1].t - track_.t0));
+  const double span =
+      std::max(1.0, out.empty() ? 1.0 : std::fabs(track_.steps[rows_.back() - 1].t - track_.t0));
   for (const State s : estimated) {
-    // Central differences (vehicle.md 4: 1e-6 is fine), sized so that each moves the end by about 1e-6 of the way.
+    // Central differences (vehicle.md 4: 1e-6 is fine), sized so that each moves the end by about
+    // 1e-6 of the way.
     double h = 1e-6;
     if (s == State::kDrift) h = 1e-6 / (std::isfinite(span) ? span : 1.0);
     if (s == State::kPitch) h = 1e-5;
@@ -336,7 +355,8 @@ std::vector<Arrival> Replay::run(const StateVector& x, std::span<const State> es
       at.lat = out[j].lat;
       at.lon = out[j].lon;
       const auto p = residual(plus[j], at), m = residual(minus[j], at);
-      out[j].by[index(s)] = {(p[0] - m[0]) / (2 * h), (p[1] - m[1]) / (2 * h), (plus[j].up - minus[j].up) / (2 * h)};
+      out[j].by[index(s)] = {(p[0] - m[0]) / (2 * h), (p[1] - m[1]) / (2 * h),
+                             (plus[j].up - minus[j].up) / (2 * h)};
     }
   }
   largest_latitude_ = largest;
@@ -349,7 +369,8 @@ std::array<double, 3> Replay::residual(const Arrival& a, const Benchmark& b) con
   const double rn = meridian_radius(ell, s), re = prime_vertical_radius(ell, s);
   double north, east;
   if (track_.reference == HeadingReference::kGrid) {
-    // By normals: longitude means nothing at the pole. Geographic parts with their own radii, turned to grid north.
+    // By normals: longitude means nothing at the pole. Geographic parts with their own radii,
+    // turned to grid north.
     const auto axes = geographic_axes(b.lat, b.lon);
     const auto d = normal_of(a.lat, a.lon) - normal_of(b.lat, b.lon);
     const double e = re * (axes.m[0][0] * d.x + axes.m[0][1] * d.y + axes.m[0][2] * d.z);
@@ -400,7 +421,8 @@ std::vector<Moments> Replay::moments(const StateVector& x) const {
       m.cne -= dn * de;
       m.cee += dn * dn;
       if (ds != 0) {
-        // Quantisation acts along the way that the wheel turned: the heading vector, its sign left out.
+        // Quantisation acts along the way that the wheel turned: the heading vector, its sign left
+        // out.
         if (!moved) {
           m.u1n = c;
           m.u1e = s;
@@ -425,18 +447,22 @@ std::vector<Moments> Replay::moments(const StateVector& x) const {
   return out;
 }
 
-std::vector<double> residual_covariance(std::span<const Moments> moments, std::span<const Benchmark> benchmarks,
-                                        const Benchmark& start, const TrackErrorModel& e, double k, int dim,
-                                        bool with_start, bool with_drift) {
+std::vector<double> residual_covariance(std::span<const Moments> moments,
+                                        std::span<const Benchmark> benchmarks,
+                                        const Benchmark& start, const TrackErrorModel& e, double k,
+                                        int dim, bool with_start, bool with_drift) {
   // (V-43). Jr = [0 -1; 1 0]: Jr (n, e) = (-e, n).
   const std::size_t count = moments.size(), n = count * static_cast<std::size_t>(dim);
   std::vector<double> sigma(n * n, 0.0);
   auto at = [&](std::size_t j, int a, std::size_t l, int b) -> double& {
-    return sigma[(j * dim + static_cast<std::size_t>(a)) * n + l * dim + static_cast<std::size_t>(b)];
+    return sigma[(j * dim + static_cast<std::size_t>(a)) * n + l * dim +
+                 static_cast<std::size_t>(b)];
   };
-  const double psi2 = e.heading_bias * e.heading_bias, drift2 = with_drift ? e.heading_drift * e.heading_drift : 0.0;
+  const double psi2 = e.heading_bias * e.heading_bias,
+               drift2 = with_drift ? e.heading_drift * e.heading_drift : 0.0;
   const double walk2 = e.heading_noise * e.heading_noise, slip2 = e.side_slip * e.side_slip;
-  const double noise2 = e.scale_noise * e.scale_noise, quant2 = e.quantisation * e.quantisation / (12.0 * k * k);
+  const double noise2 = e.scale_noise * e.scale_noise,
+               quant2 = e.quantisation * e.quantisation / (12.0 * k * k);
   for (std::size_t j = 0; j < count; ++j)
     for (std::size_t l = 0; l < count; ++l) {
       const Moments &mj = moments[j], &ml = moments[l], &first = moments[std::min(j, l)];
@@ -455,7 +481,8 @@ std::vector<double> residual_covariance(std::span<const Moments> moments, std::s
           v += walk2 * (first.t * jn[a] * ln[b] - jn[a] * s[b] - s[a] * ln[b] + q[a][b]);
           v += slip2 * across[a][b] + noise2 * along[a][b];
           v += quant2 * (u1[a] * u1[b] + change[a][b]);
-          // The unread part of a pulse at the earlier row enters the later row as the change of heading since.
+          // The unread part of a pulse at the earlier row enters the later row as the change of
+          // heading since.
           const double last_j[2] = {mj.un, mj.ue};
           if (j == l) v += quant2 * last_j[a] * last_j[b];
           if (a == b) {
@@ -485,34 +512,45 @@ ChordStart chord_start(const Replay& replay, const Benchmark& end, std::size_t w
   if (!std::isfinite(a.lat) || !std::isfinite(a.lon)) {
     r.why = track.reference == HeadingReference::kGrid
                 ? "the track holds numbers that are not finite"
-                : "the track as recorded crosses a pole with true headings: log grid headings there (heading_reference = "
+                : "the track as recorded crosses a pole with true headings: log grid headings "
+                  "there (heading_reference = "
                   "\"grid\")";
     return r;
   }
   TwoPoint<double> value;
   if (track.reference == HeadingReference::kGrid) {
-    // The polar stereographic plane is conformal and its north is grid north: its chords are good start values.
+    // The polar stereographic plane is conformal and its north is grid north: its chords are good
+    // start values.
     const bool north = start.lat >= 0;
-    auto plane = [&](double lat, double lon) { return polar_stereographic_forward(ell, lat, lon, 0.0, north); };
-    const auto p = plane(start.lat, start.lon), c = plane(end.lat, end.lon), d = plane(a.lat, a.lon);
-    // Grid north is the meridian of longitude 180 deg seen from the pole (V-11): along +y; grid east along +x.
+    auto plane = [&](double lat, double lon) {
+      return polar_stereographic_forward(ell, lat, lon, 0.0, north);
+    };
+    const auto p = plane(start.lat, start.lon), c = plane(end.lat, end.lon),
+               d = plane(a.lat, a.lon);
+    // Grid north is the meridian of longitude 180 deg seen from the pole (V-11): along +y; grid
+    // east along +x.
     value = two_point(Chord<double>{c.y - p.y, c.x - p.x}, Chord<double>{d.y - p.y, d.x - p.x});
   } else {
-    const auto method = track.model == HeadingModel::kMechanised ? ChordMethod::kGeodesic : ChordMethod::kRhumb;
+    const auto method =
+        track.model == HeadingModel::kMechanised ? ChordMethod::kGeodesic : ChordMethod::kRhumb;
     value = two_point(chord(ell, method, start.lat, end.lat, wrap_pi(end.lon - start.lon), 0.0),
                       chord(ell, method, start.lat, a.lat, a.lon - start.lon, 0.0));
   }
   r.chord = value.chord;
   const double least = minimum_chord(std::max(start.std, end.std));
   if (!(value.chord >= least)) {
-    r.why = fmt::format("zero chord: start and surveyed end are {:.3g} m apart, at least {:.3g} m are needed; one end "
-                        "point of a closed loop says nothing of scale and angle, a benchmark on the way does",
-                        value.chord, least);
+    r.why = fmt::format(
+        "zero chord: start and surveyed end are {:.3g} m apart, at least {:.3g} m are needed; one "
+        "end "
+        "point of a closed loop says nothing of scale and angle, a benchmark on the way does",
+        value.chord, least);
     return r;
   }
   if (!(value.reckoned >= least)) {
-    r.why = fmt::format("zero chord: the track as recorded ends {:.3g} m from its start, at least {:.3g} m are needed",
-                        value.reckoned, least);
+    r.why = fmt::format(
+        "zero chord: the track as recorded ends {:.3g} m from its start, at least {:.3g} m are "
+        "needed",
+        value.reckoned, least);
     return r;
   }
   r.ln_k = std::log(value.k);
@@ -521,8 +559,8 @@ ChordStart chord_start(const Replay& replay, const Benchmark& end, std::size_t w
   return r;
 }
 
-Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start, const Benchmark& end,
-                             const TrackErrorModel& errors) {
+Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
+                             const Benchmark& end, const TrackErrorModel& errors) {
   Calibration r;
   r.method = "replay";
   r.states = {State::kScale, State::kAngle};
@@ -539,7 +577,8 @@ Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
   x[0] = first.ln_k;
   x[1] = first.eps;
   auto solve = [&](const StateVector& y) { return replay.run(y, wanted)[0]; };
-  // Newton with halving: until both unknowns stand still, or what is left is the rounding of the position.
+  // Newton with halving: until both unknowns stand still, or what is left is the rounding of the
+  // position.
   const double sigma = std::hypot(start.std, end.std);
   constexpr double kRounding = 4e-9;  // m: some units in the last place of a position
   Arrival arrival = solve(x);
@@ -548,15 +587,19 @@ Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
   bool converged = false;
   while (r.iterations < 30) {
     if (!std::isfinite(size))
-      return invalid("the track crosses a pole with true headings: log grid headings there (heading_reference = \"grid\")");
+      return invalid(
+          "the track crosses a pole with true headings: log grid headings there (heading_reference "
+          "= \"grid\")");
     const auto &ju = arrival.by[0], &je = arrival.by[1];
     r.smallest_singular = smallest_singular_value(ju[0], je[0], ju[1], je[1]);
     if (!(r.smallest_singular > 5.0 * sigma) || !(r.smallest_singular > 0.5))
-      return invalid(fmt::format("weak geometry: the end moves only {:.3g} m per unit of scale and angle, less than 5 "
-                                 "sigma of its position ({:.3g} m)",
-                                 r.smallest_singular, std::max(0.5, 5.0 * sigma)));
+      return invalid(fmt::format(
+          "weak geometry: the end moves only {:.3g} m per unit of scale and angle, less than 5 "
+          "sigma of its position ({:.3g} m)",
+          r.smallest_singular, std::max(0.5, 5.0 * sigma)));
     const double det = ju[0] * je[1] - je[0] * ju[1];
-    const double du = -(je[1] * res[0] - je[0] * res[1]) / det, dangle = -(ju[0] * res[1] - ju[1] * res[0]) / det;
+    const double du = -(je[1] * res[0] - je[0] * res[1]) / det,
+                 dangle = -(ju[0] * res[1] - ju[1] * res[0]) / det;
     ++r.iterations;
     double factor = 1.0;
     bool better = false;
@@ -579,8 +622,8 @@ Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
       }
       if (size <= 1e-6) break;  // nothing to gain: rounding
     }
-    if ((std::fabs(factor * du) < 1e-13 && std::fabs(factor * dangle) < 1e-13) || size <= kRounding ||
-        (!better && size <= 1e-6)) {
+    if ((std::fabs(factor * du) < 1e-13 && std::fabs(factor * dangle) < 1e-13) ||
+        size <= kRounding || (!better && size <= 1e-6)) {
       converged = true;
       break;
     }
@@ -588,17 +631,20 @@ Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
   }
   r.closure = size;
   if (!converged)
-    return invalid(fmt::format("no convergence: after {} iterations the end is still {:.3g} m off", r.iterations, size));
+    return invalid(fmt::format("no convergence: after {} iterations the end is still {:.3g} m off",
+                               r.iterations, size));
   if (by_true && !(replay.largest_latitude() < kLastTrueLatitude))
-    return invalid(fmt::format("the calibrated track comes within {:.3g} deg of a pole with true headings: log grid "
-                               "headings there (heading_reference = \"grid\")",
-                               90.0 - replay.largest_latitude() / deg));
+    return invalid(fmt::format(
+        "the calibrated track comes within {:.3g} deg of a pole with true headings: log grid "
+        "headings there (heading_reference = \"grid\")",
+        90.0 - replay.largest_latitude() / deg));
 
   r.k = std::exp(x[0]);
   r.eps = wrap_pi(x[1]);
   r.values = {x[0], r.eps};
   const auto moments = replay.moments(x);
-  const auto sigma2 = residual_covariance(moments, std::span(&end, 1), start, errors, r.k, 2, true, true);
+  const auto sigma2 =
+      residual_covariance(moments, std::span(&end, 1), start, errors, r.k, 2, true, true);
   const auto &ju = arrival.by[0], &je = arrival.by[1];
   const double det = ju[0] * je[1] - je[0] * ju[1];
   // x = J^-1 r: covariance J^-1 Sigma J^-T.
@@ -607,7 +653,8 @@ Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
   for (int a = 0; a < 2; ++a)
     for (int b = 0; b < 2; ++b)
       for (int i = 0; i < 2; ++i)
-        for (int j = 0; j < 2; ++j) p[a][b] += inv[a][i] * sigma2[static_cast<std::size_t>(2 * i + j)] * inv[b][j];
+        for (int j = 0; j < 2; ++j)
+          p[a][b] += inv[a][i] * sigma2[static_cast<std::size_t>(2 * i + j)] * inv[b][j];
   r.covariance = {p[0][0], p[0][1], p[1][0], p[1][1]};
   r.ln_k_std = std::sqrt(p[0][0]);
   r.eps_std = std::sqrt(p[1][1]);

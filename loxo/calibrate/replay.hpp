@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replay: the recorded track integrated again with candidate constants, with its derivatives, and the scale and angle
-// that bring its end onto the surveyed end. vehicle.md section 4.
+// Replay: the recorded track integrated again with candidate constants, with its derivatives, and
+// the scale and angle that bring its end onto the surveyed end. vehicle.md section 4.
 #pragma once
 #include <span>
 #include <vector>
@@ -10,7 +10,8 @@
 
 namespace loxo {
 
-// A track as recorded, between the start and the last benchmark. Views: the caller keeps steps and ellipsoid.
+// A track as recorded, between the start and the last benchmark. Views: the caller keeps steps and
+// ellipsoid.
 struct RecordedTrack {
   const Ellipsoid* ellipsoid = nullptr;
   std::span<const TrackStep> steps;
@@ -18,7 +19,8 @@ struct RecordedTrack {
   HeadingModel model = HeadingModel::kIndependent;
   HeadingReference reference = HeadingReference::kTrue;
   bool earth_rate = false;
-  // A scale and heading offset already taken out of `steps`; a mechanised heading was kept with them still in.
+  // A scale and heading offset already taken out of `steps`; a mechanised heading was kept with
+  // them still in.
   double taken_scale = 1, taken_offset = 0;
   double lever_right = 0, lever_forward = 0;  // m, known: from the odometer to the surveyed point
 };
@@ -35,39 +37,41 @@ struct TrackErrorModel {
 
 // Where the track is after some row. Sensitivities in metres north, east, up for each state.
 struct Arrival {
-  double lat = 0, lon = 0;    // rad, lon continuous
-  double up = 0;              // m climbed, by pitch
-  double north = 0, east = 0; // m: plain sums of the corrected increments
-  double heading = 0;         // rad, corrected, at the row
+  double lat = 0, lon = 0;     // rad, lon continuous
+  double up = 0;               // m climbed, by pitch
+  double north = 0, east = 0;  // m: plain sums of the corrected increments
+  double heading = 0;          // rad, corrected, at the row
   std::array<std::array<double, 3>, kStates> by{};
 };
 
 // Integrals that the covariance needs (V-43), metres and seconds from the start, at one row.
 struct Moments {
-  double t = 0;                  // s since the start
-  double north = 0, east = 0;    // P
-  double sn = 0, se = 0;         // INT P dt
-  double qnn = 0, qne = 0, qee = 0;     // INT P P^T dt
-  double bn = 0, be = 0;         // INT t v dt
-  double ann = 0, ane = 0, aee = 0;     // SUM ds^2 t t^T
-  double cnn = 0, cne = 0, cee = 0;     // SUM ds^2 n n^T
-  double unn = 0, une = 0, uee = 0;     // SUM of squared changes of the unit heading vector
+  double t = 0;                             // s since the start
+  double north = 0, east = 0;               // P
+  double sn = 0, se = 0;                    // INT P dt
+  double qnn = 0, qne = 0, qee = 0;         // INT P P^T dt
+  double bn = 0, be = 0;                    // INT t v dt
+  double ann = 0, ane = 0, aee = 0;         // SUM ds^2 t t^T
+  double cnn = 0, cne = 0, cee = 0;         // SUM ds^2 n n^T
+  double unn = 0, une = 0, uee = 0;         // SUM of squared changes of the unit heading vector
   double u1n = 0, u1e = 0, un = 0, ue = 0;  // first and last unit heading vector
-  double route = 0;              // m driven
-  double area = 0;               // m^2 INT n de - n e / 2: positive, the route lies left of its chord
+  double route = 0;                         // m driven
+  double area = 0;  // m^2 INT n de - n e / 2: positive, the route lies left of its chord
 };
 
 class Replay {
  public:
-  // `rows`: after how many steps to report, ascending. Throws Error(kInput) for a row beyond the track.
+  // `rows`: after how many steps to report, ascending. Throws Error(kInput) for a row beyond the
+  // track.
   Replay(const RecordedTrack& track, const Benchmark& start, std::vector<std::size_t> rows);
 
-  // One pass. `estimated`: the states whose sensitivities are wanted; none: positions only. H1: analytic sums (V-39),
-  // (V-40), about 45 ns a row; H2 and grid: central differences.
+  // One pass. `estimated`: the states whose sensitivities are wanted; none: positions only. H1:
+  // analytic sums (V-39), (V-40), about 45 ns a row; H2 and grid: central differences.
   std::vector<Arrival> run(const StateVector& x, std::span<const State> estimated = {}) const;
   // (V-43) sums at each row, with the track corrected by x.
   std::vector<Moments> moments(const StateVector& x) const;
-  // Metres from benchmark to arrival, in the heading reference of the track: exact zero where they coincide.
+  // Metres from benchmark to arrival, in the heading reference of the track: exact zero where they
+  // coincide.
   std::array<double, 3> residual(const Arrival& arrival, const Benchmark& benchmark) const;
   // Largest |lat| met in the last run() [rad]; NaN where the track left its domain.
   double largest_latitude() const { return largest_latitude_; }
@@ -91,23 +95,26 @@ class Replay {
   mutable double largest_latitude_ = 0;
 };
 
-// Covariance of all residuals (V-43): n x n row-major, n = dim * moments.size(), dim 2 (north, east) or 3 (and up).
-std::vector<double> residual_covariance(std::span<const Moments> moments, std::span<const Benchmark> benchmarks,
-                                        const Benchmark& start, const TrackErrorModel& errors, double k, int dim,
-                                        bool with_start, bool with_drift);
+// Covariance of all residuals (V-43): n x n row-major, n = dim * moments.size(), dim 2 (north,
+// east) or 3 (and up).
+std::vector<double> residual_covariance(std::span<const Moments> moments,
+                                        std::span<const Benchmark> benchmarks,
+                                        const Benchmark& start, const TrackErrorModel& errors,
+                                        double k, int dim, bool with_start, bool with_drift);
 
-// Scale and angle from the start and one surveyed end (the last), exact for any route. Not valid, with the reason:
-// zero chord, weak geometry (smallest singular value below 5 sigma), the pole crossed with true headings, no
-// convergence in 30 iterations. Accuracy in double: 1e-11 + 2e-7 m / smallest singular value.
-Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start, const Benchmark& end,
-                             const TrackErrorModel& errors = {});
-// Start values from the chord that suits the track: rhumb (H1), geodesic (H2), stereographic (grid). Also tells where
-// the track as recorded ends.
+// Scale and angle from the start and one surveyed end (the last), exact for any route. Not valid,
+// with the reason: zero chord, weak geometry (smallest singular value below 5 sigma), the pole
+// crossed with true headings, no convergence in 30 iterations. Accuracy in double: 1e-11 + 2e-7 m /
+// smallest singular value.
+Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
+                             const Benchmark& end, const TrackErrorModel& errors = {});
+// Start values from the chord that suits the track: rhumb (H1), geodesic (H2), stereographic
+// (grid). Also tells where the track as recorded ends.
 struct ChordStart {
   bool valid = false;
   std::string why;
   double ln_k = 0, eps = 0;
-  double chord = 0;            // m
+  double chord = 0;                 // m
   double end_lat = 0, end_lon = 0;  // reckoned end, lon continuous
 };
 ChordStart chord_start(const Replay& replay, const Benchmark& end, std::size_t which);

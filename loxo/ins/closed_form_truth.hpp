@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// For the tests of this room: a motion as closed functions of time in ECEF and its exact IMU increments, through no
-// navigation frame. The normal runs along a great circle of normals; height and the ship's angles are sines.
+// For the tests of this room: a motion as closed functions of time in ECEF and its exact IMU
+// increments, through no navigation frame. The normal runs along a great circle of normals; height
+// and the ship's angles are sines.
 #pragma once
 #include <cmath>
 #include <vector>
@@ -20,7 +21,9 @@ inline Jet operator*(Jet a, Jet b) {
   return {a.v * b.v, a.d * b.v + a.v * b.d, a.dd * b.v + 2 * a.d * b.d + a.v * b.dd};
 }
 inline Jet operator*(double k, Jet a) { return {k * a.v, k * a.d, k * a.dd}; }
-inline Jet chain(Jet a, double f, double f1, double f2) { return {f, f1 * a.d, f2 * a.d * a.d + f1 * a.dd}; }
+inline Jet chain(Jet a, double f, double f1, double f2) {
+  return {f, f1 * a.d, f2 * a.d * a.d + f1 * a.dd};
+}
 inline Jet sin(Jet a) { return chain(a, std::sin(a.v), std::cos(a.v), -std::sin(a.v)); }
 inline Jet cos(Jet a) { return chain(a, std::cos(a.v), -std::sin(a.v), -std::cos(a.v)); }
 inline Jet inverse_sqrt(Jet a) {
@@ -33,8 +36,8 @@ struct Jet3 {
 
 struct Motion {
   Ellipsoid ell;
-  Vec<Ecef, double> e1{0, 0, 1}, e2{1, 0, 0};  // orthonormal: normal = cos(arc) e1 + sin(arc) e2
-  double arc0 = 0, rate = 0;                   // rad, rad/s
+  Vec<Ecef, double> e1{0, 0, 1}, e2{1, 0, 0};   // orthonormal: normal = cos(arc) e1 + sin(arc) e2
+  double arc0 = 0, rate = 0;                    // rad, rad/s
   double h0 = 0, heave = 0, heave_period = 10;  // m, m, s
   double surge = 0, surge_period = 120;         // rad of arc, s
   // Ship's angles about the along, cross and up axes: amplitude [rad], period [s].
@@ -76,7 +79,8 @@ struct Motion {
                          {zero - ct * sg, st, ct * cg}};
     Jet b[3][3];
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) b[i][j] = c[i][0] * e[0][j] + c[i][1] * e[1][j] + c[i][2] * e[2][j];
+      for (int j = 0; j < 3; ++j)
+        b[i][j] = c[i][0] * e[0][j] + c[i][1] * e[1][j] + c[i][2] * e[2][j];
 
     At a;
     Rot<Ecef, Body, double> c_eb;
@@ -90,13 +94,15 @@ struct Motion {
     a.state.v = {r[0].d, r[1].d, r[2].d};
     a.state.q_eb = to_quaternion(c_eb);
     const auto c_be = transpose(c_eb);
-    a.w_ib = Vec<Body, double>{0.5 * (s[2][1] - s[1][2]), 0.5 * (s[0][2] - s[2][0]), 0.5 * (s[1][0] - s[0][1])} +
+    a.w_ib = Vec<Body, double>{0.5 * (s[2][1] - s[1][2]), 0.5 * (s[0][2] - s[2][0]),
+                               0.5 * (s[1][0] - s[0][1])} +
              c_be * Vec<Ecef, double>{0, 0, ell.w_ie};
     const auto earth = make_earth_model(ell);
     const double s2 = n[2].v * n[2].v;
     const double gamma = gravity_of(earth, s2, 1.0 / std::sqrt(1.0 - earth.g_e2 * s2), h.v);
     const double w = ell.w_ie;
-    a.f = c_be * Vec<Ecef, double>{r[0].dd - 2 * w * r[1].d + gamma * n[0].v, r[1].dd + 2 * w * r[0].d + gamma * n[1].v,
+    a.f = c_be * Vec<Ecef, double>{r[0].dd - 2 * w * r[1].d + gamma * n[0].v,
+                                   r[1].dd + 2 * w * r[0].d + gamma * n[1].v,
                                    r[2].dd + gamma * n[2].v};
     a.h = h.v;
     a.vu = h.d;
@@ -112,13 +118,15 @@ struct Motion {
   std::vector<ImuIncrement<double>> record(double interval, long samples) const {
     std::vector<ImuIncrement<double>> out;
     out.reserve(static_cast<std::size_t>(samples));
-    for (long i = 0; i < samples; ++i) out.push_back(imu(static_cast<double>(i) * interval, static_cast<double>(i + 1) * interval));
+    for (long i = 0; i < samples; ++i)
+      out.push_back(imu(static_cast<double>(i) * interval, static_cast<double>(i + 1) * interval));
     return out;
   }
 };
 
 // A great circle of normals through the point (lat, lon) at the course given, at arc 0 there [rad].
-inline Motion great_circle(const Ellipsoid& ell, double lat, double lon, double course, double speed) {
+inline Motion great_circle(const Ellipsoid& ell, double lat, double lon, double course,
+                           double speed) {
   Motion m;
   m.ell = ell;
   const double sl = std::sin(lat), cl = std::cos(lat), so = std::sin(lon), co = std::cos(lon);
@@ -130,7 +138,9 @@ inline Motion great_circle(const Ellipsoid& ell, double lat, double lon, double 
 }
 
 // |position error| [m] and |attitude error| [rad] between two states.
-inline double position_error(const EcefState<double>& a, const EcefState<double>& b) { return norm(a.r - b.r); }
+inline double position_error(const EcefState<double>& a, const EcefState<double>& b) {
+  return norm(a.r - b.r);
+}
 inline double attitude_error(const EcefState<double>& a, const EcefState<double>& b) {
   const auto d = conjugate(a.q_eb) * b.q_eb;
   return 2.0 * std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);

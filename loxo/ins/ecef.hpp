@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Earth-fixed frame: no level axes, no singularity. Gravity needs the ellipsoid normal: found from the last one by
-// one Newton step. polar.md 3.1.
+// The Earth-fixed frame: no level axes, no singularity. Gravity needs the ellipsoid normal: found
+// from the last one by one Newton step. polar.md 3.1.
 #pragma once
 #include "loxo/ins/mechanization.hpp"
 
@@ -15,7 +15,7 @@ struct EcefMechanization {
   struct Position {
     Point<Ecef, S> r;  // m
     Vec<Ecef, S> n;    // the normal here
-    S h{}, zeta{};     // height [m]; e2 N sin(latitude) of the last evaluation: the guess of the next
+    S h{}, zeta{};  // height [m]; e2 N sin(latitude) of the last evaluation: the guess of the next
   };
   template <Real S>
   struct Local {
@@ -26,7 +26,8 @@ struct EcefMechanization {
   };
 
   template <Real S>
-  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v, double dt) {
+  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v,
+                           double dt) {
     const S zero(0.0);
     Local<S> l;
     l.r = p.r + S(0.5 * dt) * v;
@@ -40,9 +41,11 @@ struct EcefMechanization {
   static Vec<Frame, S> transport(const Local<S>&, const Vec<Frame, S>&) {
     return {};
   }
-  // Normal and height follow from mid-step by the chord: n to 1e-2 of the half step's turn, h to the third order.
+  // Normal and height follow from mid-step by the chord: n to 1e-2 of the half step's turn, h to
+  // the third order.
   template <Real S>
-  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l, const Vec<Frame, S>& v, double dt) {
+  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l,
+                             const Vec<Frame, S>& v, double dt) {
     Position<S> q;
     q.r = p.r + S(dt) * v;
     const Vec<Ecef, S> d = q.r - l.r;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The geographic frame: level east-north-up by latitude and longitude. Singular at the poles: its azimuth turns by
-// v_E tan(L)/(N + h), so with miss distance d the position error is about 600 (v T/d)^2 m (polar.md 3.4).
+// The geographic frame: level east-north-up by latitude and longitude. Singular at the poles: its
+// azimuth turns by v_E tan(L)/(N + h), so with miss distance d the position error is about 600 (v
+// T/d)^2 m (polar.md 3.4).
 #pragma once
 #include "loxo/ins/mechanization.hpp"
 
@@ -15,7 +16,8 @@ struct GeographicMechanization {
   struct Position {
     UnitAngle<S> lat;  // geodetic
     S lon{}, h{};      // rad (runs on beyond pi), m
-    S k_e{}, k_n{}, inv_c{};  // 1/(N+h), 1/(M+h), 1/cos(lat) of the last evaluation: the predictor of the next
+    S k_e{}, k_n{},
+        inv_c{};  // 1/(N+h), 1/(M+h), 1/cos(lat) of the last evaluation: the predictor of the next
   };
   template <Real S>
   struct Local {
@@ -33,7 +35,8 @@ struct GeographicMechanization {
     return l;
   }
   template <Real S>
-  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v, double dt) {
+  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v,
+                           double dt) {
     const S half(0.5 * dt);
     return at(earth, turned(p.lat, half * (p.k_n * v.y)), p.h + half * v.z);
   }
@@ -44,7 +47,8 @@ struct GeographicMechanization {
     return {-(l.terms.kyy * v.y), r_e, r_e * l.terms.tangent};
   }
   template <Real S>
-  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l, const Vec<Frame, S>& v, double dt) {
+  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l,
+                             const Vec<Frame, S>& v, double dt) {
     const S T(dt);
     Position<S> q;
     q.lat = turned(p.lat, T * (l.terms.kyy * v.y));
@@ -77,12 +81,14 @@ struct GeographicMechanization {
   }
   // At a pole itself longitude is taken as 0; velocity and attitude agree with it.
   template <Real S>
-  static State<GeographicMechanization, S> from_ecef(const EarthModel& earth, const EcefState<S>& e) {
+  static State<GeographicMechanization, S> from_ecef(const EarthModel& earth,
+                                                     const EcefState<S>& e) {
     const auto np = normal_point(earth, e.r);
     const S c = hypot(np.n.x, np.n.y);
     const auto at_pole = c < S(1e-300);
     const S safe = select(at_pole, S(1.0), c);
-    const S slon = select(at_pole, S(0.0), np.n.y / safe), clon = select(at_pole, S(1.0), np.n.x / safe);
+    const S slon = select(at_pole, S(0.0), np.n.y / safe),
+            clon = select(at_pole, S(1.0), np.n.x / safe);
     Position<S> p;
     p.lat = {np.n.z, c};
     p.lon = atan2(slon, clon);
@@ -108,7 +114,8 @@ struct GeographicMechanization {
     return x.v.z;
   }
   template <Real S>
-  static State<GeographicMechanization, S> with_vertical(State<GeographicMechanization, S> x, S h, S vu) {
+  static State<GeographicMechanization, S> with_vertical(State<GeographicMechanization, S> x, S h,
+                                                         S vu) {
     x.position.h = h;
     x.v.z = vu;
     return x;

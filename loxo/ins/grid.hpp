@@ -30,10 +30,12 @@ struct GridMechanization {
   }
   // p' = r_x, l' = -r_y / cos p
   template <Real S>
-  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v, double dt) {
+  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v,
+                           double dt) {
     const S half(0.5 * dt);
     const S rx = p.kxx * v.x + p.kxy * v.y, ry = p.kxy * v.x + p.kyy * v.y;
-    return at(earth, turned(p.tlat, half * rx), turned(p.tlon, -(half * (ry * p.inv_c))), p.h + half * v.z);
+    return at(earth, turned(p.tlat, half * rx), turned(p.tlon, -(half * (ry * p.inv_c))),
+              p.h + half * v.z);
   }
   // w_eG = (-r_y, r_x, -r_y tan p), polar.md 2.4
   template <Real S>
@@ -42,7 +44,8 @@ struct GridMechanization {
     return {-ry, rx, -(ry * l.terms.tangent)};
   }
   template <Real S>
-  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l, const Vec<Frame, S>& v, double dt) {
+  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l,
+                             const Vec<Frame, S>& v, double dt) {
     const S T(dt);
     const S rx = l.terms.kxx * v.x + l.terms.kxy * v.y, ry = l.terms.kxy * v.x + l.terms.kyy * v.y;
     Position<S> q;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A state from one frame to another: through ECEF matrices, never through longitude or true heading; exact at the pole.
-// Round trip below 1e-8 m and 1e-9 arc seconds. polar.md 1.3, 3.4.
+// A state from one frame to another: through ECEF matrices, never through longitude or true
+// heading; exact at the pole. Round trip below 1e-8 m and 1e-9 arc seconds. polar.md 1.3, 3.4.
 //
-// The covariance: kept on ECEF axes (estimation.md [EST-1]) a handover does nothing to it, and this header stays as it
-// is; filters with level axes turn theirs in estimate/ by [EST-16].
+// The covariance: kept on ECEF axes (estimation.md [EST-1]) a handover does nothing to it, and this
+// header stays as it is; filters with level axes turn theirs in estimate/ by [EST-16].
 #pragma once
 #include "loxo/ins/strapdown.hpp"
 
@@ -16,8 +16,8 @@ inline State<To, S> handover(const EarthModel& earth, const State<From, S>& x) {
 
 // `--frame auto`: geographic below, transverse above, with hysteresis (polar.md 3.4).
 struct SwitchRule {
-  double sin2_up = 0.9698463103929541;      // sin^2(80 deg): geographic -> transverse beyond
-  double sin2_down = 0.9567727288213004;   // sin^2(78 deg): transverse -> geographic below
+  double sin2_up = 0.9698463103929541;    // sin^2(80 deg): geographic -> transverse beyond
+  double sin2_down = 0.9567727288213004;  // sin^2(78 deg): transverse -> geographic below
 };
 // The frame to use next, from the frame in use and the ellipsoid normal's z component.
 inline FrameId frame_wanted(const SwitchRule& rule, FrameId now, double sin_lat) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the frame policies share: the state, the common meeting place (ECEF), and the curvature and gravity of a level
-// frame with one square root and one division a step.
+// What the frame policies share: the state, the common meeting place (ECEF), and the curvature and
+// gravity of a level frame with one square root and one division a step.
 #pragma once
 #include <concepts>
 
@@ -28,24 +28,26 @@ struct EcefState {
 
 // A policy says only what the frame knows. Local<S> is what it knows at mid-step.
 template <class M, class S>
-concept Mechanization =
-    Real<S> && requires(const EarthModel& earth, State<M, S> x, const EcefState<S>& e, double dt,
-                        const typename M::template Local<S>& local, const Vec<typename M::Frame, S>& v, S h) {
-      { M::kFrame } -> std::convertible_to<FrameId>;
-      // Half a step ahead at velocity v: Earth rate, gravity, curvature there. Error order dt^2.
-      { M::half_way(earth, x.position, v, dt) } -> std::same_as<typename M::template Local<S>>;
-      { M::transport(local, v) } -> std::same_as<Vec<typename M::Frame, S>>;  // w_en [rad/s]
-      { M::advance(earth, x.position, local, v, dt) } -> std::same_as<typename M::template Position<S>>;
-      { M::from_ecef(earth, e) } -> std::same_as<State<M, S>>;
-      { M::to_ecef(earth, x) } -> std::same_as<EcefState<S>>;
-      { M::height(x) } -> std::same_as<S>;       // ellipsoidal [m]
-      { M::up_velocity(x) } -> std::same_as<S>;  // m/s
-      { M::with_vertical(x, h, h) } -> std::same_as<State<M, S>>;  // height [m], upward velocity [m/s]
-      // Square of the nearness to the frame's singularity: (distance run in one step / distance to it)^2.
-      { M::nearness(x, dt) } -> std::same_as<S>;
-    };
+concept Mechanization = Real<S> &&
+    requires(const EarthModel& earth, State<M, S> x, const EcefState<S>& e, double dt,
+             const typename M::template Local<S>& local, const Vec<typename M::Frame, S>& v, S h) {
+  { M::kFrame } -> std::convertible_to<FrameId>;
+  // Half a step ahead at velocity v: Earth rate, gravity, curvature there. Error order dt^2.
+  { M::half_way(earth, x.position, v, dt) } -> std::same_as<typename M::template Local<S>>;
+  { M::transport(local, v) } -> std::same_as<Vec<typename M::Frame, S>>;  // w_en [rad/s]
+  { M::advance(earth, x.position, local, v, dt) } -> std::same_as<typename M::template Position<S>>;
+  { M::from_ecef(earth, e) } -> std::same_as<State<M, S>>;
+  { M::to_ecef(earth, x) } -> std::same_as<EcefState<S>>;
+  { M::height(x) } -> std::same_as<S>;                         // ellipsoidal [m]
+  { M::up_velocity(x) } -> std::same_as<S>;                    // m/s
+  { M::with_vertical(x, h, h) } -> std::same_as<State<M, S>>;  // height [m], upward velocity [m/s]
+  // Square of the nearness to the frame's singularity: (distance run in one step / distance to
+  // it)^2.
+  { M::nearness(x, dt) } -> std::same_as<S>;
+};
 
-// An angle as sine and cosine, kept of unit length: no trigonometry in a step, exact at 0 and 90 degrees.
+// An angle as sine and cosine, kept of unit length: no trigonometry in a step, exact at 0 and 90
+// degrees.
 template <Real S>
 struct UnitAngle {
   S s{}, c{1.0};
@@ -61,7 +63,8 @@ inline UnitAngle<S> turned(const UnitAngle<S>& a, S d) {
   return {s * k, c * k};
 }
 
-// Normal gravity [m/s^2] from s^2 = sin^2(latitude), 1/sqrt(1 - e2 s^2) and h [m]. polar.md 3.1, as normal_gravity().
+// Normal gravity [m/s^2] from s^2 = sin^2(latitude), 1/sqrt(1 - e2 s^2) and h [m]. polar.md 3.1, as
+// normal_gravity().
 template <Real S>
 inline S gravity_of(const EarthModel& earth, S s2, S inv_u, S h) {
   return S(earth.g_eq) * (S(1.0) + S(earth.g_s) * s2) * inv_u *
@@ -79,17 +82,18 @@ struct LevelTerms {
 // a1, a2: components of the polar axis on the frame's horizontal axes; sn = sin(latitude); h [m];
 // own: the frame's own latitude. One root, one division: 1/(D1 D2 u c) and products.
 template <Real S>
-inline LevelTerms<S> level_terms(const EarthModel& earth, S a1, S a2, S sn, S h, const UnitAngle<S>& own) {
+inline LevelTerms<S> level_terms(const EarthModel& earth, S a1, S a2, S sn, S h,
+                                 const UnitAngle<S>& own) {
   const S s2 = sn * sn;
   const S w2 = S(1.0) - S(earth.e2) * s2;
   const S u = sqrt(w2);
-  const S d1 = S(earth.a) + h * u;              // (N + h) u
+  const S d1 = S(earth.a) + h * u;               // (N + h) u
   const S d2 = S(earth.a_polar) + h * (w2 * u);  // (M + h) u^3
   const S d12 = d1 * d2, uc = u * own.c;
   const S r = S(1.0) / (d12 * uc);
   const S w2cr = w2 * (own.c * r);
-  const S k = d2 * w2cr;                          // 1/(N + h)
-  const S q = S(earth.e2 * earth.a) * w2cr;       // e2 N/((1 - e2 s^2)(N + h)(M + h))
+  const S k = d2 * w2cr;                     // 1/(N + h)
+  const S q = S(earth.e2 * earth.a) * w2cr;  // e2 N/((1 - e2 s^2)(N + h)(M + h))
   LevelTerms<S> t;
   const S qa1 = q * a1;
   t.kxx = k + qa1 * a1;
@@ -102,15 +106,16 @@ inline LevelTerms<S> level_terms(const EarthModel& earth, S a1, S a2, S sn, S h,
   return t;
 }
 
-// The ellipsoid normal, the height and zeta = e2 N sin(latitude) of a point: (x, y, z + zeta) lies along the normal.
+// The ellipsoid normal, the height and zeta = e2 N sin(latitude) of a point: (x, y, z + zeta) lies
+// along the normal.
 template <Real S>
 struct NormalPoint {
   Vec<Ecef, S> n;
   S h{}, zeta{};
   S s2{}, inv_u{};  // sin^2(latitude), 1/sqrt(1 - e2 s^2) there
 };
-// One Newton step for zeta from a guess: quadratic; from a guess 100 m of way old the error is below 1e-16 rad.
-// Regular at the poles; undefined at the Earth's centre.
+// One Newton step for zeta from a guess: quadratic; from a guess 100 m of way old the error is
+// below 1e-16 rad. Regular at the poles; undefined at the Earth's centre.
 template <Real S>
 inline NormalPoint<S> refine_normal(const EarthModel& earth, const Point<Ecef, S>& r, S zeta) {
   const S z = r.z + zeta;
@@ -150,16 +155,18 @@ inline Point<Ecef, S> point_of_normal(const EarthModel& earth, const Vec<Ecef, S
   return {(N + h) * n.x, (N + h) * n.y, (N * S(1.0 - earth.e2) + h) * n.z};
 }
 
-// Between a level frame with axes (rows of C_ne) and ECEF: matrices, never longitude or heading. polar.md 1.3.
+// Between a level frame with axes (rows of C_ne) and ECEF: matrices, never longitude or heading.
+// polar.md 1.3.
 template <class M, Real S>
-inline EcefState<S> level_to_ecef(const EarthModel& earth, const State<M, S>& x, const Rot<typename M::Frame, Ecef, S>& c_ne,
-                                  S h) {
+inline EcefState<S> level_to_ecef(const EarthModel& earth, const State<M, S>& x,
+                                  const Rot<typename M::Frame, Ecef, S>& c_ne, S h) {
   const auto q_en = to_quaternion(transpose(c_ne));
-  return {point_of_normal(earth, Vec<Ecef, S>{c_ne.m[2][0], c_ne.m[2][1], c_ne.m[2][2]}, h), transpose(c_ne) * x.v,
-          normalized(q_en * x.q_nb)};
+  return {point_of_normal(earth, Vec<Ecef, S>{c_ne.m[2][0], c_ne.m[2][1], c_ne.m[2][2]}, h),
+          transpose(c_ne) * x.v, normalized(q_en * x.q_nb)};
 }
 template <class M, Real S>
-inline State<M, S> level_from_ecef(const EcefState<S>& e, const Rot<typename M::Frame, Ecef, S>& c_ne) {
+inline State<M, S> level_from_ecef(const EcefState<S>& e,
+                                   const Rot<typename M::Frame, Ecef, S>& c_ne) {
   State<M, S> x;
   x.q_nb = normalized(to_quaternion(c_ne) * e.q_eb);
   x.v = c_ne * e.v;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a navigator concluded at one epoch. The file's columns are in interface.md ("A Solution on disk").
+// What a navigator concluded at one epoch. The file's columns are in interface.md ("A Solution on
+// disk").
 #pragma once
 #include <cstdint>
 #include <map>

@@ -3,17 +3,23 @@
 
 namespace loxo {
 
-template State<GeographicMechanization, double> step(const EarthModel&, const State<GeographicMechanization, double>&,
+template State<GeographicMechanization, double> step(const EarthModel&,
+                                                     const State<GeographicMechanization, double>&,
                                                      const StepIncrement<double>&);
-template State<TransverseMechanization, double> step(const EarthModel&, const State<TransverseMechanization, double>&,
+template State<TransverseMechanization, double> step(const EarthModel&,
+                                                     const State<TransverseMechanization, double>&,
                                                      const StepIncrement<double>&);
-template State<VirtualSphereMechanization, double> step(const EarthModel&, const State<VirtualSphereMechanization, double>&,
-                                                        const StepIncrement<double>&);
-template State<GridMechanization, double> step(const EarthModel&, const State<GridMechanization, double>&,
+template State<VirtualSphereMechanization, double> step(
+    const EarthModel&, const State<VirtualSphereMechanization, double>&,
+    const StepIncrement<double>&);
+template State<GridMechanization, double> step(const EarthModel&,
+                                               const State<GridMechanization, double>&,
                                                const StepIncrement<double>&);
-template State<WanderMechanization, double> step(const EarthModel&, const State<WanderMechanization, double>&,
+template State<WanderMechanization, double> step(const EarthModel&,
+                                                 const State<WanderMechanization, double>&,
                                                  const StepIncrement<double>&);
-template State<EcefMechanization, double> step(const EarthModel&, const State<EcefMechanization, double>&,
+template State<EcefMechanization, double> step(const EarthModel&,
+                                               const State<EcefMechanization, double>&,
                                                const StepIncrement<double>&);
 
 VerticalGains make_vertical_gains(double tau) {

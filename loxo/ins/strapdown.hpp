@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one strapdown loop. Kernels: no allocation, no input or output, no branch on data, no trigonometry.
+// The one strapdown loop. Kernels: no allocation, no input or output, no branch on data, no
+// trigonometry.
 #pragma once
 #include "loxo/ins/ecef.hpp"
 #include "loxo/ins/geographic.hpp"
@@ -9,10 +10,11 @@
 
 namespace loxo {
 
-// One step of polar.md 3.2: the environment at mid-step, velocity implicit in its mean. Error order dt^2 over a given time;
-// M's singularities are those of its frame. Vertical channel free: see constrained().
+// One step of polar.md 3.2: the environment at mid-step, velocity implicit in its mean. Error order
+// dt^2 over a given time; M's singularities are those of its frame. Vertical channel free: see
+// constrained().
 template <class M, Real S>
-  requires Mechanization<M, S>
+requires Mechanization<M, S>
 inline State<M, S> step(const EarthModel& earth, const State<M, S>& x, const StepIncrement<S>& u) {
   using V = Vec<typename M::Frame, S>;
   const S T(u.dt), half(0.5);
@@ -64,25 +66,29 @@ inline State<M, S> constrained(const State<M, S>& x, S h, S vu) {
 }
 // One step of the damping loop toward the measured height; `integral` [m s] is the loop's memory.
 template <class M, Real S>
-inline State<M, S> damped(const State<M, S>& x, S h_measured, const VerticalGains& k, double dt, S& integral) {
+inline State<M, S> damped(const State<M, S>& x, S h_measured, const VerticalGains& k, double dt,
+                          S& integral) {
   const S e = M::height(x) - h_measured;
   integral = integral + S(dt) * e;
   return M::with_vertical(x, M::height(x) - S(k.k1 * dt) * e,
                           M::up_velocity(x) - S(k.k2 * dt) * e - S(k.k3 * dt) * integral);
 }
 
-extern template State<GeographicMechanization, double> step(const EarthModel&, const State<GeographicMechanization, double>&,
-                                                            const StepIncrement<double>&);
-extern template State<TransverseMechanization, double> step(const EarthModel&, const State<TransverseMechanization, double>&,
-                                                            const StepIncrement<double>&);
-extern template State<VirtualSphereMechanization, double> step(const EarthModel&,
-                                                               const State<VirtualSphereMechanization, double>&,
-                                                               const StepIncrement<double>&);
-extern template State<GridMechanization, double> step(const EarthModel&, const State<GridMechanization, double>&,
+extern template State<GeographicMechanization, double> step(
+    const EarthModel&, const State<GeographicMechanization, double>&, const StepIncrement<double>&);
+extern template State<TransverseMechanization, double> step(
+    const EarthModel&, const State<TransverseMechanization, double>&, const StepIncrement<double>&);
+extern template State<VirtualSphereMechanization, double> step(
+    const EarthModel&, const State<VirtualSphereMechanization, double>&,
+    const StepIncrement<double>&);
+extern template State<GridMechanization, double> step(const EarthModel&,
+                                                      const State<GridMechanization, double>&,
                                                       const StepIncrement<double>&);
-extern template State<WanderMechanization, double> step(const EarthModel&, const State<WanderMechanization, double>&,
+extern template State<WanderMechanization, double> step(const EarthModel&,
+                                                        const State<WanderMechanization, double>&,
                                                         const StepIncrement<double>&);
-extern template State<EcefMechanization, double> step(const EarthModel&, const State<EcefMechanization, double>&,
+extern template State<EcefMechanization, double> step(const EarthModel&,
+                                                      const State<EcefMechanization, double>&,
                                                       const StepIncrement<double>&);
 
 }  // namespace loxo

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Laws of the strapdown room: all mechanizations agree in ECEF, and their disagreement falls with dt^2.
+// Laws of the strapdown room: all mechanizations agree in ECEF, and their disagreement falls with
+// dt^2.
 #include "loxo/ins/strapdown.hpp"
 
 #include <gtest/gtest.h>
@@ -31,11 +32,13 @@ struct Outcome {
 };
 
 template <class M>
-Outcome navigate(const Motion& m, const std::vector<ImuIncrement<double>>& imu, Height height, double lon0 = 0, int n = 2) {
+Outcome navigate(const Motion& m, const std::vector<ImuIncrement<double>>& imu, Height height,
+                 double lon0 = 0, int n = 2) {
   const auto earth = make_earth_model(m.ell, lon0);
   auto x = M::from_ecef(earth, m.at(0).state);
   double t = 0;
-  for (std::size_t i = 0; i + static_cast<std::size_t>(n) <= imu.size(); i += static_cast<std::size_t>(n)) {
+  for (std::size_t i = 0; i + static_cast<std::size_t>(n) <= imu.size();
+       i += static_cast<std::size_t>(n)) {
     x = step(earth, x, combine(&imu[i], n));
     t = imu[i + static_cast<std::size_t>(n) - 1].t;
     if (height == Height::kAided) {
@@ -45,11 +48,12 @@ Outcome navigate(const Motion& m, const std::vector<ImuIncrement<double>>& imu, 
   }
   const auto end = M::to_ecef(earth, x);
   const auto truth = m.at(t).state;
-  return {truth::position_error(end, truth), truth::attitude_error(end, truth), norm(end.v - truth.v)};
+  return {truth::position_error(end, truth), truth::attitude_error(end, truth),
+          norm(end.v - truth.v)};
 }
 
-// The gyro and force increments of a real instrument never see this: the specification's [NAV-T] and [NAV-TA], with the
-// issue's limits.
+// The gyro and force increments of a real instrument never see this: the specification's [NAV-T]
+// and [NAV-TA], with the limits.
 constexpr double kPositionLimit = 1e-4, kAttitudeLimit = 1e-4 * arcsec, kFreeLimit = 0.05;
 
 class OverThePole : public testing::Test {
@@ -80,7 +84,9 @@ std::vector<ImuIncrement<double>>* OverThePole::imu = nullptr;
 
 // [NAV-T] [NAV-TA] [NAV-TF]: one hour exactly over the pole at 100 Hz.
 TEST_F(OverThePole, TransverseReturnsTheTruth) { meets<TransverseMechanization>("transverse"); }
-TEST_F(OverThePole, VirtualSphereReturnsTheTruth) { meets<VirtualSphereMechanization>("virtual sphere"); }
+TEST_F(OverThePole, VirtualSphereReturnsTheTruth) {
+  meets<VirtualSphereMechanization>("virtual sphere");
+}
 TEST_F(OverThePole, GridReturnsTheTruth) { meets<GridMechanization>("grid"); }
 TEST_F(OverThePole, WanderReturnsTheTruth) { meets<WanderMechanization>("wander"); }
 TEST_F(OverThePole, EcefReturnsTheTruth) { meets<EcefMechanization>("ecef"); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The transverse frame (polar.md 1, 2.2): regular at the poles, singular at the transverse poles, on the equator 90
-// degrees from the reference meridian. And the same on the virtual sphere (2.3): other sums, equal to rounding.
+// The transverse frame (polar.md 1, 2.2): regular at the poles, singular at the transverse poles,
+// on the equator 90 degrees from the reference meridian. And the same on the virtual sphere (2.3):
+// other sums, equal to rounding.
 #pragma once
 #include "loxo/ins/mechanization.hpp"
 
@@ -10,12 +11,14 @@ namespace loxo {
 template <Real S>
 struct TransversePosition {
   UnitAngle<S> tlat, tlon;
-  S h{};                     // m
-  S kxx{}, kxy{}, kyy{}, inv_c{};  // K in the frame's own axes and 1/cos(p) of the last evaluation: the predictor
+  S h{};  // m
+  S kxx{}, kxy{}, kyy{},
+      inv_c{};  // K in the frame's own axes and 1/cos(p) of the last evaluation: the predictor
 };
 // E_t, N_t, U in ECEF components, polar.md 1.1.
 template <class Frame, Real S>
-inline Rot<Frame, Ecef, S> transverse_frame_axes(const EarthModel& earth, const UnitAngle<S>& p, const UnitAngle<S>& l) {
+inline Rot<Frame, Ecef, S> transverse_frame_axes(const EarthModel& earth, const UnitAngle<S>& p,
+                                                 const UnitAngle<S>& l) {
   const S s0(earth.sin_lon0), c0(earth.cos_lon0);
   auto row = [&](S x, S y, S z, S* out) {  // x x' + y y' + z z' with x' = z_e
     out[0] = y * c0 - z * s0;
@@ -29,7 +32,8 @@ inline Rot<Frame, Ecef, S> transverse_frame_axes(const EarthModel& earth, const 
   return c;
 }
 template <Real S>
-inline TransversePosition<S> transverse_position(const EarthModel& earth, const Vec<Ecef, S>& n, S h) {
+inline TransversePosition<S> transverse_position(const EarthModel& earth, const Vec<Ecef, S>& n,
+                                                 S h) {
   const S s0(earth.sin_lon0), c0(earth.cos_lon0);
   const S along = n.x * c0 + n.y * s0;  // n.y'
   TransversePosition<S> p;
@@ -62,7 +66,8 @@ struct TransverseOn {
     LevelTerms<S> terms;
     S radius{};  // of the virtual sphere [m]; any positive number
   };
-  // r_E, r_N: rate of the normal along E_t and N_t [rad/s]. On the virtual sphere through u = Rv K v.
+  // r_E, r_N: rate of the normal along E_t and N_t [rad/s]. On the virtual sphere through u = Rv K
+  // v.
   template <Real S>
   static void normal_rate(const Local<S>& l, const Vec<Frame, S>& v, S& r_e, S& r_n) {
     if constexpr (kVirtualSphere) {
@@ -88,10 +93,12 @@ struct TransverseOn {
     return local;
   }
   template <Real S>
-  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v, double dt) {
+  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v,
+                           double dt) {
     const S half(0.5 * dt);
     const S r_e = p.kxx * v.x + p.kxy * v.y, r_n = p.kxy * v.x + p.kyy * v.y;
-    return at(earth, turned(p.tlat, half * r_n), turned(p.tlon, half * (r_e * p.inv_c)), p.h + half * v.z);
+    return at(earth, turned(p.tlat, half * r_n), turned(p.tlon, half * (r_e * p.inv_c)),
+              p.h + half * v.z);
   }
   // w_et = (-r_N, r_E, r_E tan p), polar.md 2.2
   template <Real S>
@@ -101,7 +108,8 @@ struct TransverseOn {
     return {-r_n, r_e, r_e * l.terms.tangent};
   }
   template <Real S>
-  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l, const Vec<Frame, S>& v, double dt) {
+  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l,
+                             const Vec<Frame, S>& v, double dt) {
     const S T(dt);
     S r_e, r_n;
     normal_rate(l, v, r_e, r_n);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The wander-azimuth frame: level, turned with zero vertical transport rate (polar.md 1.3, 2.4). Regular everywhere;
-// its azimuth is a memory of where it started.
+// The wander-azimuth frame: level, turned with zero vertical transport rate (polar.md 1.3, 2.4).
+// Regular everywhere; its azimuth is a memory of where it started.
 #pragma once
 #include "loxo/ins/geographic.hpp"
 #include "loxo/ins/transverse.hpp"
@@ -15,8 +15,8 @@ struct WanderMechanization {
   template <Real S>
   struct Position {
     Quat<Frame, Ecef, S> q_ne;
-    S h{};                     // m
-    S kxx{}, kxy{}, kyy{};     // K of the last evaluation: the predictor of the next
+    S h{};                  // m
+    S kxx{}, kxy{}, kyy{};  // K of the last evaluation: the predictor of the next
   };
   template <Real S>
   struct Local {
@@ -28,7 +28,8 @@ struct WanderMechanization {
   template <Real S>
   static Vec<Frame, S> polar_axis(const Quat<Frame, Ecef, S>& q) {
     const S two(2.0);
-    return {two * (q.x * q.z + q.w * q.y), two * (q.y * q.z - q.w * q.x), S(1.0) - two * (q.x * q.x + q.y * q.y)};
+    return {two * (q.x * q.z + q.w * q.y), two * (q.y * q.z - q.w * q.x),
+            S(1.0) - two * (q.x * q.x + q.y * q.y)};
   }
   template <Real S>
   static Local<S> at(const EarthModel& earth, const Vec<Frame, S>& a, S h) {
@@ -40,20 +41,24 @@ struct WanderMechanization {
     return l;
   }
   template <Real S>
-  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v, double dt) {
+  static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v,
+                           double dt) {
     const S half(0.5 * dt), zero(0.0);
     const Vec<Frame, S> a = polar_axis(p.q_ne);
-    const Vec<Frame, S> turn{-(half * (p.kxy * v.x + p.kyy * v.y)), half * (p.kxx * v.x + p.kxy * v.y), zero};
+    const Vec<Frame, S> turn{-(half * (p.kxy * v.x + p.kyy * v.y)),
+                             half * (p.kxx * v.x + p.kxy * v.y), zero};
     const Vec<Frame, S> once = cross(turn, a);
     return at(earth, a - once + S(0.5) * cross(turn, once), p.h + half * v.z);
   }
   // w_ew = (-r_y, r_x, 0), polar.md 2.4
   template <Real S>
   static Vec<Frame, S> transport(const Local<S>& l, const Vec<Frame, S>& v) {
-    return {-(l.terms.kxy * v.x + l.terms.kyy * v.y), l.terms.kxx * v.x + l.terms.kxy * v.y, S(0.0)};
+    return {-(l.terms.kxy * v.x + l.terms.kyy * v.y), l.terms.kxx * v.x + l.terms.kxy * v.y,
+            S(0.0)};
   }
   template <Real S>
-  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l, const Vec<Frame, S>& v, double dt) {
+  static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l,
+                             const Vec<Frame, S>& v, double dt) {
     Position<S> q;
     q.q_ne = renormalized(exp_tiny<Frame, Frame>(S(-dt) * transport(l, v)) * p.q_ne);
     q.h = p.h + S(dt) * v.z;
@@ -66,8 +71,8 @@ struct WanderMechanization {
   static Rot<Frame, Ecef, S> axes(const EarthModel&, const Position<S>& p) {
     return to_matrix(p.q_ne);
   }
-  // A new wander frame starts along the geographic axes below 45 degrees of latitude and along the transverse ones above:
-  // regular everywhere.
+  // A new wander frame starts along the geographic axes below 45 degrees of latitude and along the
+  // transverse ones above: regular everywhere.
   template <Real S>
   static State<WanderMechanization, S> from_ecef(const EarthModel& earth, const EcefState<S>& e) {
     const auto np = normal_point(earth, e.r);
@@ -83,7 +88,8 @@ struct WanderMechanization {
   }
   // With given axes (rows in ECEF; the third must be the normal).
   template <Real S>
-  static State<WanderMechanization, S> along(const EarthModel& earth, const EcefState<S>& e, const NormalPoint<S>& np,
+  static State<WanderMechanization, S> along(const EarthModel& earth, const EcefState<S>& e,
+                                             const NormalPoint<S>& np,
                                              const Rot<Frame, Ecef, S>& c) {
     auto x = level_from_ecef<WanderMechanization>(e, c);
     x.position.q_ne = to_quaternion(c);
@@ -97,8 +103,9 @@ struct WanderMechanization {
   template <Real S>
   static EcefState<S> to_ecef(const EarthModel& earth, const State<WanderMechanization, S>& x) {
     const auto c_en = to_matrix(conjugate(x.position.q_ne));
-    return {point_of_normal(earth, Vec<Ecef, S>{c_en.m[0][2], c_en.m[1][2], c_en.m[2][2]}, x.position.h), c_en * x.v,
-            normalized(conjugate(x.position.q_ne) * x.q_nb)};
+    return {point_of_normal(earth, Vec<Ecef, S>{c_en.m[0][2], c_en.m[1][2], c_en.m[2][2]},
+                            x.position.h),
+            c_en * x.v, normalized(conjugate(x.position.q_ne) * x.q_nb)};
   }
   template <Real S>
   static S height(const State<WanderMechanization, S>& x) {

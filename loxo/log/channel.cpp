@@ -16,8 +16,10 @@ std::string seconds(double t) {
   return text;
 }
 
-// The unit of a column: said for its key, else in its name. A multiple is a unit too: "0.05 deg/s", "-1 rad".
-double column_factor(const ChannelFile& file, const ChannelKey& key, const std::string& column, Diagnostics& diagnostics) {
+// The unit of a column: said for its key, else in its name. A multiple is a unit too: "0.05 deg/s",
+// "-1 rad".
+double column_factor(const ChannelFile& file, const ChannelKey& key, const std::string& column,
+                     Diagnostics& diagnostics) {
   const auto said = file.units.find(key.name);
   const std::string where = file.where + ".units." + key.name;
   const std::string in_name(unit_of_column(column));
@@ -43,16 +45,21 @@ double column_factor(const ChannelFile& file, const ChannelKey& key, const std::
       }
       if (!same) {
         diagnostics.warn("unit_contradiction", where,
-                         "column '" + column + "' is read in " + text + " as declared, though its name says " + in_name);
+                         "column '" + column + "' is read in " + text +
+                             " as declared, though its name says " + in_name);
       }
     }
     return factor;
   }
-  if (!in_name.empty()) return unit_factor(in_name, key.dimension, where + " (column '" + column + "')");
+  if (!in_name.empty())
+    return unit_factor(in_name, key.dimension, where + " (column '" + column + "')");
   // Names that every file of this house uses for metres per second.
-  if (key.dimension == Dimension::kSpeed && (column == "ve" || column == "vn" || column == "vu" || column == "vd")) return 1.0;
+  if (key.dimension == Dimension::kSpeed &&
+      (column == "ve" || column == "vn" || column == "vu" || column == "vd"))
+    return 1.0;
   throw Error(ErrorKind::kInput,
-              "column '" + column + "' has no unit; expected " + std::string(dimension_name(key.dimension)) + ": say units = { " + key.name +
+              "column '" + column + "' has no unit; expected " +
+                  std::string(dimension_name(key.dimension)) + ": say units = { " + key.name +
                   " = \"…\" } or put it into the column's name (_deg, _m, _mps, _s …)",
               where);
 }
@@ -76,35 +83,78 @@ std::vector<ChannelKey> section_keys(const Drive& d, const std::string& section)
   const ChannelKey time{"time", 1, kTime, false};
   if (section == "imu") {
     const bool rate = d.imu_kind == "rate";
-    return {time, {"gyro", 3, rate ? kAngularRate : kAngle, true}, {"accel", 3, rate ? kAcceleration : kSpeed, true},
+    return {time,
+            {"gyro", 3, rate ? kAngularRate : kAngle, true},
+            {"accel", 3, rate ? kAcceleration : kSpeed, true},
             {"temperature", 1, kTemperature, false}};
   }
   if (section == "odometer") {
-    const Dimension value = d.odometer_kind == "speed" ? kSpeed : d.odometer_kind == "distance" ? kLength : kNone;
+    const Dimension value = d.odometer_kind == "speed"      ? kSpeed
+                            : d.odometer_kind == "distance" ? kLength
+                                                            : kNone;
     return {time, {"value", 1, value, true}, {"side", 1, value, false}};
   }
-  if (section == "attitude") return {time, {"heading", 1, kAngle, true}, {"pitch", 1, kAngle, false}, {"roll", 1, kAngle, false}};
+  if (section == "attitude")
+    return {time,
+            {"heading", 1, kAngle, true},
+            {"pitch", 1, kAngle, false},
+            {"roll", 1, kAngle, false}};
   if (section == "track") {
-    return {time, {"distance", 1, kLength, true}, {"heading", 1, kAngle, false}, {"heading_step", 1, kAngle, false},
-            {"pitch", 1, kAngle, false}, {"height", 1, kLength, false}};
+    return {time,
+            {"distance", 1, kLength, true},
+            {"heading", 1, kAngle, false},
+            {"heading_step", 1, kAngle, false},
+            {"pitch", 1, kAngle, false},
+            {"height", 1, kLength, false}};
   }
   if (section == "fix") {
-    return {time, {"lat", 1, kAngle, false}, {"lon", 1, kAngle, false}, {"height", 1, kLength, false}, {"east", 1, kLength, false},
-            {"north", 1, kLength, false}, {"up", 1, kLength, false}, {"ve", 1, kSpeed, false}, {"vn", 1, kSpeed, false}, {"vu", 1, kSpeed, false},
-            {"std_e", 1, kLength, false}, {"std_n", 1, kLength, false}, {"std_u", 1, kLength, false}, {"std_v", 1, kSpeed, false}};
+    return {time,
+            {"lat", 1, kAngle, false},
+            {"lon", 1, kAngle, false},
+            {"height", 1, kLength, false},
+            {"east", 1, kLength, false},
+            {"north", 1, kLength, false},
+            {"up", 1, kLength, false},
+            {"ve", 1, kSpeed, false},
+            {"vn", 1, kSpeed, false},
+            {"vu", 1, kSpeed, false},
+            {"std_e", 1, kLength, false},
+            {"std_n", 1, kLength, false},
+            {"std_u", 1, kLength, false},
+            {"std_v", 1, kSpeed, false}};
   }
   if (section == "velocity") {
-    return {time, {"velocity", 3, kSpeed, false}, {"right", 1, kSpeed, false}, {"forward", 1, kSpeed, false}, {"east", 1, kSpeed, false},
-            {"north", 1, kSpeed, false}, {"up", 1, kSpeed, false}};
+    return {time,
+            {"velocity", 3, kSpeed, false},
+            {"right", 1, kSpeed, false},
+            {"forward", 1, kSpeed, false},
+            {"east", 1, kSpeed, false},
+            {"north", 1, kSpeed, false},
+            {"up", 1, kSpeed, false}};
   }
   if (section == "heading") return {time, {"heading", 1, kAngle, true}, {"std", 1, kAngle, false}};
   if (section == "height") return {time, {"height", 1, kLength, true}, {"rate", 1, kSpeed, false}};
   // [reference]: the columns of a solution
-  return {time, {"lat", 1, kAngle, false}, {"lon", 1, kAngle, false}, {"height", 1, kLength, false}, {"east", 1, kLength, false},
-          {"north", 1, kLength, false}, {"x", 1, kLength, false}, {"y", 1, kLength, false}, {"z", 1, kLength, false},
-          {"ve", 1, kSpeed, false}, {"vn", 1, kSpeed, false}, {"vu", 1, kSpeed, false}, {"speed", 1, kSpeed, false}, {"roll", 1, kAngle, false},
-          {"pitch", 1, kAngle, false}, {"heading", 1, kAngle, false}, {"qw", 1, kNone, false}, {"qx", 1, kNone, false},
-          {"qy", 1, kNone, false}, {"qz", 1, kNone, false}};
+  return {time,
+          {"lat", 1, kAngle, false},
+          {"lon", 1, kAngle, false},
+          {"height", 1, kLength, false},
+          {"east", 1, kLength, false},
+          {"north", 1, kLength, false},
+          {"x", 1, kLength, false},
+          {"y", 1, kLength, false},
+          {"z", 1, kLength, false},
+          {"ve", 1, kSpeed, false},
+          {"vn", 1, kSpeed, false},
+          {"vu", 1, kSpeed, false},
+          {"speed", 1, kSpeed, false},
+          {"roll", 1, kAngle, false},
+          {"pitch", 1, kAngle, false},
+          {"heading", 1, kAngle, false},
+          {"qw", 1, kNone, false},
+          {"qx", 1, kNone, false},
+          {"qy", 1, kNone, false},
+          {"qz", 1, kNone, false}};
 }
 
 Channel::Channel(const Drive& drive, const std::string& section, Diagnostics& diagnostics) {
@@ -116,7 +166,8 @@ Channel::Channel(const Drive& drive, const std::string& section, Diagnostics& di
   for (const auto& [key, names] : table_->convention().columns) {
     if (table_->convention().section == section && !columns.contains(key)) columns[key] = names;
   }
-  if (!columns.contains("time") && !std::isfinite(rate_) && table_->has("t_s")) columns["time"] = {"t_s"};
+  if (!columns.contains("time") && !std::isfinite(rate_) && table_->has("t_s"))
+    columns["time"] = {"t_s"};
 
   std::vector<std::string> chosen;
   std::vector<std::size_t> place_of_value;
@@ -124,9 +175,12 @@ Channel::Channel(const Drive& drive, const std::string& section, Diagnostics& di
     const auto it = columns.find(key.name);
     if (it == columns.end()) {
       if (key.required) {
-        throw Error(ErrorKind::kInput, "missing; expected the column" + std::string(key.count > 1 ? "s" : "") + " of " +
-                                           (key.dimension == Dimension::kNone ? key.name : std::string(dimension_name(key.dimension))),
-                    file.where + ".columns." + key.name);
+        throw Error(
+            ErrorKind::kInput,
+            "missing; expected the column" + std::string(key.count > 1 ? "s" : "") + " of " +
+                (key.dimension == Dimension::kNone ? key.name
+                                                   : std::string(dimension_name(key.dimension))),
+            file.where + ".columns." + key.name);
       }
       continue;
     }
@@ -145,20 +199,24 @@ Channel::Channel(const Drive& drive, const std::string& section, Diagnostics& di
         }
         chosen.push_back(column);
       } else {
-        throw Error(ErrorKind::kInput, "column '" + column + "' is named twice", file.where + ".columns." + key.name);
+        throw Error(ErrorKind::kInput, "column '" + column + "' is named twice",
+                    file.where + ".columns." + key.name);
       }
       factors_.push_back(column_factor(file, key, column, diagnostics));
     }
   }
   if (time_ == npos && !std::isfinite(rate_)) {
-    throw Error(ErrorKind::kInput, "missing; expected the column of time, or rate = \"100 Hz\" for rows without stamps",
-                file.where + ".columns.time");
+    throw Error(
+        ErrorKind::kInput,
+        "missing; expected the column of time, or rate = \"100 Hz\" for rows without stamps",
+        file.where + ".columns.time");
   }
   table_->select(chosen);
   values_.resize(chosen.size());
 
   std::set<std::string> mapped;
-  for (const char* name : {"imu", "odometer", "attitude", "track", "fix", "velocity", "heading", "height", "reference"}) {
+  for (const char* name : {"imu", "odometer", "attitude", "track", "fix", "velocity", "heading",
+                           "height", "reference"}) {
     const ChannelFile& other = section_file(drive, name);
     if (!other.present || other.file != file.file) continue;
     for (const auto& [key, names] : other.columns) mapped.insert(names.begin(), names.end());
@@ -168,8 +226,10 @@ Channel::Channel(const Drive& drive, const std::string& section, Diagnostics& di
   for (const auto& name : table_->header()) {
     if (!mapped.contains(name)) unmapped += (unmapped.empty() ? "" : ", ") + name;
   }
-  const bool told = std::any_of(diagnostics.list().begin(), diagnostics.list().end(),
-                                [&](const Diagnostic& d) { return d.kind == "unmapped_columns" && d.where == table_->path(); });
+  const bool told =
+      std::any_of(diagnostics.list().begin(), diagnostics.list().end(), [&](const Diagnostic& d) {
+        return d.kind == "unmapped_columns" && d.where == table_->path();
+      });
   if (!unmapped.empty() && !told && section != "reference") {
     diagnostics.note("unmapped_columns", table_->path(), "columns that nothing maps: " + unmapped);
   }
@@ -178,7 +238,8 @@ Channel::Channel(const Drive& drive, const std::string& section, Diagnostics& di
 bool Channel::next(Diagnostics& diagnostics) {
   while (table_->next(values_, diagnostics)) {
     for (std::size_t i = 0; i < values_.size(); ++i) values_[i] *= factors_[i];
-    t_ = (time_ == npos ? static_cast<double>(table_->rows() - 1) / rate_ : values_[time_]) - delay_;
+    t_ =
+        (time_ == npos ? static_cast<double>(table_->rows() - 1) / rate_ : values_[time_]) - delay_;
     if (std::isfinite(t_)) return true;
     diagnostics.bad("bad_row", where(), "expected a time, found nan; row skipped");
   }
@@ -201,24 +262,32 @@ StampCheck::Verdict StampCheck::check(double t, const std::string& where) {
   }
   const double step = t - last_;
   if (step == 0) {
-    diagnostics_->warn("duplicate", where, "[" + section_ + "] two rows with the stamp " + seconds(t));
+    diagnostics_->warn("duplicate", where,
+                       "[" + section_ + "] two rows with the stamp " + seconds(t));
     return Verdict::kDuplicate;
   }
   if (step < 0) {
-    diagnostics_->warn("time_back", where, "[" + section_ + "] time goes back from " + seconds(last_) + " to " + seconds(t) + "; row skipped");
+    diagnostics_->warn("time_back", where,
+                       "[" + section_ + "] time goes back from " + seconds(last_) + " to " +
+                           seconds(t) + "; row skipped");
     return Verdict::kBack;
   }
   if (steps_ > 8 && step > 3 * typical_) {
-    diagnostics_->warn("gap", where, "[" + section_ + "] a gap of " + seconds(step) + " before " + seconds(t) + " (usual step " + seconds(typical_) + ")");
+    diagnostics_->warn("gap", where,
+                       "[" + section_ + "] a gap of " + seconds(step) + " before " + seconds(t) +
+                           " (usual step " + seconds(typical_) + ")");
   }
   // A step towards the median: small against it, so that one gap does not move it.
   ++steps_;
   if (steps_ == 1) {
     typical_ = step;
   } else if (steps_ <= 8) {
-    typical_ = std::min(typical_, step) == typical_ ? typical_ + 0.3 * (std::min(step, 3 * typical_) - typical_) : step;
+    typical_ = std::min(typical_, step) == typical_
+                   ? typical_ + 0.3 * (std::min(step, 3 * typical_) - typical_)
+                   : step;
   } else {
-    typical_ += 0.02 * typical_ * (step > typical_ ? 1 : -1) * (std::abs(step / typical_ - 1) > 0.02 ? 1 : 0);
+    typical_ += 0.02 * typical_ * (step > typical_ ? 1 : -1) *
+                (std::abs(step / typical_ - 1) > 0.02 ? 1 : 0);
   }
   last_ = t;
   return Verdict::kForward;

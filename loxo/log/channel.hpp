@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One section of sensors as numbers in SI: the columns that the drive names, found in the file, with the factor of
-// their unit. Used by the readers of this room.
+// One section of sensors as numbers in SI: the columns that the drive names, found in the file,
+// with the factor of their unit. Used by the readers of this room.
 #pragma once
 #include <memory>
 #include <span>
@@ -26,7 +26,8 @@ const ChannelFile& section_file(const Drive& drive, const std::string& section);
 
 class Channel {
  public:
-  // Opens the file, finds the columns, resolves the units. Throws Error(kInput). Columns that no section maps are noted.
+  // Opens the file, finds the columns, resolves the units. Throws Error(kInput). Columns that no
+  // section maps are noted.
   Channel(const Drive& drive, const std::string& section, Diagnostics& diagnostics);
   // The next row whose stamp is a number; false at the end.
   bool next(Diagnostics& diagnostics);
@@ -36,7 +37,9 @@ class Channel {
   static constexpr std::size_t npos = static_cast<std::size_t>(-1);
   // SI values of the row, in the order of the keys. value() of an unmapped key is `otherwise`.
   const std::vector<double>& values() const { return values_; }
-  double value(std::size_t place, double otherwise = kNone) const { return place == npos ? otherwise : values_[place]; }
+  double value(std::size_t place, double otherwise = kNone) const {
+    return place == npos ? otherwise : values_[place];
+  }
   // Stamp with the section's delay taken out.
   double t() const { return t_; }
   std::size_t rows() const { return table_->rows(); }
@@ -60,7 +63,8 @@ class Channel {
 // Order of stamps: duplicates, time going back and gaps are told. Feed stamps in file order.
 class StampCheck {
  public:
-  StampCheck(std::string section, Diagnostics& diagnostics) : section_(std::move(section)), diagnostics_(&diagnostics) {}
+  StampCheck(std::string section, Diagnostics& diagnostics)
+      : section_(std::move(section)), diagnostics_(&diagnostics) {}
   enum class Verdict { kForward, kDuplicate, kBack };
   Verdict check(double t, const std::string& where);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// drive.toml: read once, checked whole. Every key that is asked for here is a key that exists; others are refused.
+// drive.toml: read once, checked whole. Every key that is asked for here is a key that exists;
+// others are refused.
 #include "loxo/log/drive.hpp"
 
 #include <cmath>
@@ -18,9 +19,12 @@ namespace {
 namespace fs = std::filesystem;
 using enum Dimension;
 
-[[noreturn]] void refuse(const std::string& what, const std::string& where) { throw Error(ErrorKind::kInput, what, where); }
+[[noreturn]] void refuse(const std::string& what, const std::string& where) {
+  throw Error(ErrorKind::kInput, what, where);
+}
 
-std::string one_of(const TomlTable& t, const char* key, const std::vector<std::string>& valid, const std::string& otherwise) {
+std::string one_of(const TomlTable& t, const char* key, const std::vector<std::string>& valid,
+                   const std::string& otherwise) {
   const auto v = t.get_string(key);
   if (!v) return otherwise;
   for (const auto& name : valid) {
@@ -29,14 +33,16 @@ std::string one_of(const TomlTable& t, const char* key, const std::vector<std::s
   std::string list;
   for (const auto& name : valid) list += (list.empty() ? "" : ", ") + name;
   const std::string near = nearest(*v, valid);
-  refuse("expected one of " + list + ", found '" + *v + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"), t.where(key));
+  refuse("expected one of " + list + ", found '" + *v + "'" +
+             (near.empty() ? "" : "; did you mean '" + near + "'?"),
+         t.where(key));
 }
 
 double degrees(const TomlTable& t, const char* key, double limit) {
   const double x = t.need_number(key);
   if (std::abs(x) > limit) {
-    refuse("expected degrees in [-" + std::to_string(static_cast<int>(limit)) + ", " + std::to_string(static_cast<int>(limit)) + "], found " +
-               std::to_string(x),
+    refuse("expected degrees in [-" + std::to_string(static_cast<int>(limit)) + ", " +
+               std::to_string(static_cast<int>(limit)) + "], found " + std::to_string(x),
            t.where(key));
   }
   return x * deg;
@@ -49,7 +55,8 @@ double longitude(const TomlTable& t, const char* key) {
 double sigma(const TomlTable& t, const char* key, Dimension d) {
   const auto v = t.get_quantity(key, d);
   if (!v) return loxo::kNone;
-  if (*v < 0) refuse("expected a standard deviation of 0 or more, found a negative one", t.where(key));
+  if (*v < 0)
+    refuse("expected a standard deviation of 0 or more, found a negative one", t.where(key));
   return *v;
 }
 
@@ -64,7 +71,9 @@ void read_columns(const Drive& drive, const TomlTable& t, ChannelFile& file) {
       } else {
         names = *columns->get_strings(key.name);
         if (names.size() != key.count) {
-          refuse("expected " + std::to_string(key.count) + " column names, found " + std::to_string(names.size()), columns->where(key.name));
+          refuse("expected " + std::to_string(key.count) + " column names, found " +
+                     std::to_string(names.size()),
+                 columns->where(key.name));
         }
       }
       file.columns[key.name] = names;
@@ -72,8 +81,10 @@ void read_columns(const Drive& drive, const TomlTable& t, ChannelFile& file) {
     if (units && units->has(key.name)) {
       const std::string unit = units->need_string(key.name);
       if (key.dimension == kNone) {
-        const bool count = unit == "pulse" || unit == "pulses" || unit == "count" || unit == "counts" || unit == "tick" || unit == "ticks" || unit == "1";
-        if (!count) refuse("expected no unit or pulses, found '" + unit + "'", units->where(key.name));
+        const bool count = unit == "pulse" || unit == "pulses" || unit == "count" ||
+                           unit == "counts" || unit == "tick" || unit == "ticks" || unit == "1";
+        if (!count)
+          refuse("expected no unit or pulses, found '" + unit + "'", units->where(key.name));
       } else {
         const char c = unit.empty() ? ' ' : unit[0];
         bool multiple = (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.';
@@ -106,7 +117,8 @@ ChannelFile read_section(const Drive& drive, const TomlTable& t, const std::stri
     } catch (const Error& e) {
       refuse(e.what(), t.where("file"));
     }
-    if (section != "reference" && !fs::exists(file.file)) refuse("no such file: '" + file.file + "'", t.where("file"));
+    if (section != "reference" && !fs::exists(file.file))
+      refuse("no such file: '" + file.file + "'", t.where("file"));
   }
   file.table = t.get_string("table").value_or("");
   file.delay = t.get_quantity("delay", kTime).value_or(0.0);
@@ -127,7 +139,9 @@ void read_imu(Drive& d, const TomlTable& t) {
   d.imu_kind = one_of(t, "kind", {"rate", "increment"}, "rate");
   d.imu_stamp = one_of(t, "stamp", {"end", "middle", "instant"}, "end");
   if (d.imu_kind == "increment" && d.imu_stamp != "end") {
-    refuse("increments are over (previous stamp, this stamp]: expected stamp = \"end\", found '" + d.imu_stamp + "'", t.where("stamp"));
+    refuse("increments are over (previous stamp, this stamp]: expected stamp = \"end\", found '" +
+               d.imu_stamp + "'",
+           t.where("stamp"));
   }
   d.imu_axes = t.get_string("axes").value_or("RFU");
   axes_to_rfu(d.imu_axes, t.where("axes"));
@@ -168,7 +182,8 @@ void read_odometer_section(Drive& d, const TomlTable& t) {
   }
   if (d.odometer_scale == 0) refuse("expected a scale other than 0", t.where("scale"));
   d.odometer_wrap = t.get_number("wrap").value_or(loxo::kNone);
-  if (d.odometer_wrap <= 0) refuse("expected the number of counts after which the counter starts again", t.where("wrap"));
+  if (d.odometer_wrap <= 0)
+    refuse("expected the number of counts after which the counter starts again", t.where("wrap"));
   if (const auto lever = t.get_vector3("lever_arm", kLength)) {
     d.odometer_lever_given = true;
     for (std::size_t i = 0; i < 3; ++i) d.odometer_lever[i] = (*lever)[i];
@@ -183,12 +198,16 @@ void read_odometer_section(Drive& d, const TomlTable& t) {
 void read_heading_words(Drive& d, const TomlTable& t) {
   d.heading_model_given = d.heading_model_given || t.has("heading_model");
   if (t.has("heading_model")) {
-    d.heading_model = one_of(t, "heading_model", {"independent", "mechanised"}, "independent") == "mechanised" ? HeadingModel::kMechanised
-                                                                                                             : HeadingModel::kIndependent;
+    d.heading_model =
+        one_of(t, "heading_model", {"independent", "mechanised"}, "independent") == "mechanised"
+            ? HeadingModel::kMechanised
+            : HeadingModel::kIndependent;
   }
   d.earth_rate = t.get_bool("earth_rate").value_or(d.earth_rate);
   if (t.has("heading_reference")) {
-    d.heading_reference = one_of(t, "heading_reference", {"true", "grid"}, "true") == "grid" ? HeadingReference::kGrid : HeadingReference::kTrue;
+    d.heading_reference = one_of(t, "heading_reference", {"true", "grid"}, "true") == "grid"
+                              ? HeadingReference::kGrid
+                              : HeadingReference::kTrue;
   }
 }
 
@@ -196,7 +215,9 @@ void read_track_section(Drive& d, const TomlTable& t) {
   d.track = read_section(d, t, "track");
   d.track_heading_is_step = d.track.columns.contains("heading_step");
   if (d.track_heading_is_step == d.track.columns.contains("heading")) {
-    refuse(d.track_heading_is_step ? "expected heading or heading_step, found both" : "missing; expected the column of heading, or of heading_step for increments",
+    refuse(d.track_heading_is_step
+               ? "expected heading or heading_step, found both"
+               : "missing; expected the column of heading, or of heading_step for increments",
            d.track.where + ".columns.heading");
   }
   read_heading_words(d, t);
@@ -215,11 +236,15 @@ void read_benchmark(Drive& d, const TomlTable& t) {
   const auto time = t.get_number("t_s");
   const auto row = t.get_integer("after_row");
   if (time.has_value() == row.has_value()) {
-    refuse(time ? "expected t_s or after_row, found both" : "missing; expected t_s (seconds) or after_row (0: before the first data row)", t.where("t_s"));
+    refuse(time ? "expected t_s or after_row, found both"
+                : "missing; expected t_s (seconds) or after_row (0: before the first data row)",
+           t.where("t_s"));
   }
   if (time) b.point.t = *time;
   if (row) {
-    if (*row < 0) refuse("expected 0 (before the first data row) or more, found " + std::to_string(*row), t.where("after_row"));
+    if (*row < 0)
+      refuse("expected 0 (before the first data row) or more, found " + std::to_string(*row),
+             t.where("after_row"));
     b.point.row = static_cast<std::ptrdiff_t>(*row);
   }
   b.point.lat = degrees(t, "lat_deg", 90);
@@ -251,7 +276,8 @@ void read_start(Drive& d, const TomlTable& t) {
   s.vu = t.get_number("vu_mps").value_or(loxo::kNone);
   if (const auto a = t.get_table("alignment")) {
     s.alignment_kind = a->need_string("kind");
-    one_of(*a, "kind", {"static", "swaying", "gyrocompass", "stored", "given", "fine", "in-motion"}, "");
+    one_of(*a, "kind", {"static", "swaying", "gyrocompass", "stored", "given", "fine", "in-motion"},
+           "");
     s.alignment_duration = a->get_quantity("duration", kTime).value_or(loxo::kNone);
   }
   if (const auto a = t.get_table("attitude")) {
@@ -274,11 +300,15 @@ void read_start(Drive& d, const TomlTable& t) {
     s.q[2] = state->need_number("qy");
     s.q[3] = state->need_number("qz");
     const double norm = std::hypot(std::hypot(s.q[0], s.q[1]), std::hypot(s.q[2], s.q[3]));
-    if (std::abs(norm - 1) > 1e-6) refuse("expected a unit quaternion, found one of norm " + std::to_string(norm), state->where("qw"));
+    if (std::abs(norm - 1) > 1e-6)
+      refuse("expected a unit quaternion, found one of norm " + std::to_string(norm),
+             state->where("qw"));
     for (double& q : s.q) q /= norm;
     const double radius = std::hypot(std::hypot(s.r[0], s.r[1]), s.r[2]);
     if (std::abs(radius / d.ellipsoid.a - 1) > 0.1) {
-      refuse("expected an ECEF position near the Earth's surface, found one " + std::to_string(radius) + " m from its centre", state->where("x_m"));
+      refuse("expected an ECEF position near the Earth's surface, found one " +
+                 std::to_string(radius) + " m from its centre",
+             state->where("x_m"));
     }
     if (!std::isfinite(s.t)) s.t = s.state_t;
   }
@@ -294,41 +324,72 @@ std::string resolve_path(const std::string& file, const std::string& folder) {
     rest = file.substr(11);
   } else {
     const fs::path path(file);
-    return path.is_absolute() || folder.empty() ? file : (fs::path(folder) / path).lexically_normal().string();
+    return path.is_absolute() || folder.empty()
+               ? file
+               : (fs::path(folder) / path).lexically_normal().string();
   }
-  if (const char* data = std::getenv("LOXO_DATA"); data != nullptr && *data != '\0') return (fs::path(data) / rest).string();
+  if (const char* data = std::getenv("LOXO_DATA"); data != nullptr && *data != '\0')
+    return (fs::path(data) / rest).string();
   for (fs::path up = fs::absolute(folder);; up = up.parent_path()) {
     for (const char* name : {"data", "shared/data"}) {
       if (fs::exists(up / name / rest)) return (up / name / rest).string();
     }
     if (up == up.parent_path()) break;
   }
-  throw Error(ErrorKind::kInput,
-              "'" + file + "' was not found: set the environment variable LOXO_DATA to the folder that holds '" + rest.substr(0, rest.find('/')) + "'");
+  throw Error(
+      ErrorKind::kInput,
+      "'" + file +
+          "' was not found: set the environment variable LOXO_DATA to the folder that holds '" +
+          rest.substr(0, rest.find('/')) + "'");
 }
 
 std::array<double, 9> axes_to_rfu(const std::string& axes, const std::string& where) {
   std::array<double, 9> c{};
-  const std::string how = "expected three letters that name right/left, forward/back and up/down (R L, F B, U D), as RFU, FRD or FLU, found '" + axes + "'";
+  const std::string how =
+      "expected three letters that name right/left, forward/back and up/down (R L, F B, U D), as "
+      "RFU, FRD or FLU, found '" +
+      axes + "'";
   if (axes.size() != 3) refuse(how, where);
   for (std::size_t j = 0; j < 3; ++j) {
     const char a = static_cast<char>(std::toupper(static_cast<unsigned char>(axes[j])));
     std::size_t i = 0;
     double sign = 1;
     switch (a) {
-      case 'R': case 'E': break;
-      case 'L': case 'W': sign = -1; break;
-      case 'F': case 'N': i = 1; break;
-      case 'B': case 'A': case 'S': i = 1; sign = -1; break;
-      case 'U': i = 2; break;
-      case 'D': i = 2; sign = -1; break;
-      default: refuse(how, where);
+      case 'R':
+      case 'E':
+        break;
+      case 'L':
+      case 'W':
+        sign = -1;
+        break;
+      case 'F':
+      case 'N':
+        i = 1;
+        break;
+      case 'B':
+      case 'A':
+      case 'S':
+        i = 1;
+        sign = -1;
+        break;
+      case 'U':
+        i = 2;
+        break;
+      case 'D':
+        i = 2;
+        sign = -1;
+        break;
+      default:
+        refuse(how, where);
     }
     c[3 * i + j] = sign;
   }
-  const double det = c[0] * (c[4] * c[8] - c[5] * c[7]) - c[1] * (c[3] * c[8] - c[5] * c[6]) + c[2] * (c[3] * c[7] - c[4] * c[6]);
+  const double det = c[0] * (c[4] * c[8] - c[5] * c[7]) - c[1] * (c[3] * c[8] - c[5] * c[6]) +
+                     c[2] * (c[3] * c[7] - c[4] * c[6]);
   if (det == 0) refuse(how + ": an axis is named twice", where);
-  if (det < 0) refuse("'" + axes + "' is a left-handed triple (determinant -1); an IMU has right-handed axes", where);
+  if (det < 0)
+    refuse("'" + axes + "' is a left-handed triple (determinant -1); an IMU has right-handed axes",
+           where);
   return c;
 }
 
@@ -338,26 +399,34 @@ Drive read_drive(const std::string& path, const std::vector<std::string>& sets) 
   if (fs::is_directory(path)) {
     d.folder = path;
     d.toml_path = (fs::path(path) / "drive.toml").string();
-    if (!fs::exists(d.toml_path)) refuse("the folder holds no drive.toml; 'loxo inspect' proposes one for the files in it", path);
+    if (!fs::exists(d.toml_path))
+      refuse("the folder holds no drive.toml; 'loxo inspect' proposes one for the files in it",
+             path);
   } else if (!fs::exists(path)) {
-    refuse("no such file or folder; expected a drive: a folder with drive.toml, a .toml or a .h5 file", path);
+    refuse(
+        "no such file or folder; expected a drive: a folder with drive.toml, a .toml or a .h5 file",
+        path);
   } else if (fs::path(path).extension() == ".toml") {
     d.toml_path = path;
     d.folder = fs::path(path).parent_path().string();
     if (d.folder.empty()) d.folder = ".";
   } else {
-    refuse("is no drive; expected a folder with drive.toml, a .toml or a .h5 file ('loxo inspect " + path + "' proposes a drive.toml)", path);
+    refuse("is no drive; expected a folder with drive.toml, a .toml or a .h5 file ('loxo inspect " +
+               path + "' proposes a drive.toml)",
+           path);
   }
   d.toml = read_file(d.toml_path);
 
   TomlTable t = TomlTable::parse(d.toml, d.toml_path);
   for (const auto& set : sets) {
     const auto equals = set.find('=');
-    if (equals == std::string::npos || equals == 0) throw Error(ErrorKind::kUsage, "expected key=value, found '" + set + "'", "--set");
+    if (equals == std::string::npos || equals == 0)
+      throw Error(ErrorKind::kUsage, "expected key=value, found '" + set + "'", "--set");
     t.set(set.substr(0, equals), set.substr(equals + 1));
   }
   const auto format = t.get_integer("format").value_or(1);
-  if (format != 1) refuse("expected format = 1, found " + std::to_string(format), t.where("format"));
+  if (format != 1)
+    refuse("expected format = 1, found " + std::to_string(format), t.where("format"));
   d.name = t.get_string("name").value_or("");
   try {
     d.ellipsoid = ellipsoid_by_name(t.get_string("ellipsoid").value_or("WGS84"));
@@ -410,9 +479,13 @@ Drive read_drive(const std::string& path, const std::vector<std::string>& sets) 
     if (!std::isfinite(d.start.t)) d.start.t = b.t;
   }
   t.refuse_unknown();
-  if (!d.imu.present && !d.track.present && !d.odometer.present && !d.attitude.present && !d.fix.present && !d.velocity.present &&
-      !d.heading.present && !d.height.present && !d.reference.present) {
-    refuse("the drive describes no data: expected [imu], [odometer], [attitude], [track] or another section of sensors", d.toml_path);
+  if (!d.imu.present && !d.track.present && !d.odometer.present && !d.attitude.present &&
+      !d.fix.present && !d.velocity.present && !d.heading.present && !d.height.present &&
+      !d.reference.present) {
+    refuse(
+        "the drive describes no data: expected [imu], [odometer], [attitude], [track] or another "
+        "section of sensors",
+        d.toml_path);
   }
   return d;
 }

@@ -19,7 +19,9 @@ class CsvTable : public Table {
     convention_.format = "CSV";
   }
   void select(const std::vector<std::string>& columns) override { reader_.select(columns); }
-  bool next(std::span<double> row, Diagnostics& diagnostics) override { return reader_.next(row, diagnostics); }
+  bool next(std::span<double> row, Diagnostics& diagnostics) override {
+    return reader_.next(row, diagnostics);
+  }
   std::size_t rows() const override { return reader_.rows(); }
   std::string where() const override { return path_ + ":" + std::to_string(reader_.line()); }
 
@@ -31,7 +33,9 @@ class CsvTable : public Table {
 
 Table::~Table() = default;
 
-bool Table::has(const std::string& column) const { return std::find(header_.begin(), header_.end(), column) != header_.end(); }
+bool Table::has(const std::string& column) const {
+  return std::find(header_.begin(), header_.end(), column) != header_.end();
+}
 
 std::size_t Table::index(const std::string& column) const {
   const auto it = std::find(header_.begin(), header_.end(), column);
@@ -39,12 +43,15 @@ std::size_t Table::index(const std::string& column) const {
   std::string found;
   for (const auto& name : header_) found += (found.empty() ? "" : ", ") + name;
   const std::string near = nearest(column, header_);
-  throw Error(ErrorKind::kInput, "no column '" + column + "'; found: " + found + (near.empty() ? "" : "; did you mean '" + near + "'?"),
+  throw Error(ErrorKind::kInput,
+              "no column '" + column + "'; found: " + found +
+                  (near.empty() ? "" : "; did you mean '" + near + "'?"),
               path_);
 }
 
-MemoryTable::MemoryTable(std::string path, TableConvention convention, std::vector<std::string> header,
-                         std::vector<std::vector<double>> columns, std::map<std::string, std::string> meta)
+MemoryTable::MemoryTable(std::string path, TableConvention convention,
+                         std::vector<std::string> header, std::vector<std::vector<double>> columns,
+                         std::map<std::string, std::string> meta)
     : columns_(std::move(columns)) {
   path_ = std::move(path);
   header_ = std::move(header);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table of numbers with named columns, whatever its format: CSV, HDF5, MATLAB, logs of other programs.
+// A table of numbers with named columns, whatever its format: CSV, HDF5, MATLAB, logs of other
+// programs.
 #pragma once
 #include <map>
 #include <memory>
@@ -13,9 +14,9 @@ namespace loxo {
 
 // What a format fixes by itself, so that a section of drive.toml need not say it again.
 struct TableConvention {
-  std::string format;                                       // "CSV", "KF-GINS IMU text" …
-  std::string section;                                      // "imu", "fix" … the section it is made for; may be empty
-  std::string kind, stamp, axes;                            // empty: not fixed
+  std::string format;             // "CSV", "KF-GINS IMU text" …
+  std::string section;            // "imu", "fix" … the section it is made for; may be empty
+  std::string kind, stamp, axes;  // empty: not fixed
   std::map<std::string, std::vector<std::string>> columns;  // key of the section -> its columns
 };
 
@@ -27,7 +28,8 @@ class Table {
   const std::map<std::string, std::string>& meta() const { return meta_; }
   const TableConvention& convention() const { return convention_; }
   bool has(const std::string& column) const;
-  // Choose the columns of next(), in this order. Throws Error(kInput) naming what is there and the nearest.
+  // Choose the columns of next(), in this order. Throws Error(kInput) naming what is there and the
+  // nearest.
   virtual void select(const std::vector<std::string>& columns) = 0;
   // The next row; false at the end. Bad rows are told and skipped.
   virtual bool next(std::span<double> row, Diagnostics& diagnostics) = 0;
@@ -47,7 +49,8 @@ class Table {
 class MemoryTable : public Table {
  public:
   MemoryTable(std::string path, TableConvention convention, std::vector<std::string> header,
-              std::vector<std::vector<double>> columns, std::map<std::string, std::string> meta = {});
+              std::vector<std::vector<double>> columns,
+              std::map<std::string, std::string> meta = {});
   void select(const std::vector<std::string>& columns) override;
   bool next(std::span<double> row, Diagnostics& diagnostics) override;
   std::size_t rows() const override { return at_; }
@@ -60,7 +63,8 @@ class MemoryTable : public Table {
   std::size_t at_ = 0;
 };
 
-// Opens a file by its content and name; `table` names one of several tables in it. Throws Error(kInput).
+// Opens a file by its content and name; `table` names one of several tables in it. Throws
+// Error(kInput).
 std::unique_ptr<Table> open_table(const std::string& path, const std::string& table = {});
 
 }  // namespace loxo

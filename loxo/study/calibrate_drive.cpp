@@ -30,7 +30,8 @@ TrackErrorModel error_model(const Drive& drive) {
   return m;
 }
 
-// Steps of the track that end before the benchmark. A benchmark by time inside a step splits the step there.
+// Steps of the track that end before the benchmark. A benchmark by time inside a step splits the
+// step there.
 std::size_t row_of(std::vector<TrackStep>& steps, double t_begin, const NamedBenchmark& named,
                    const std::string& where) {
   const Benchmark& b = named.point;
@@ -40,16 +41,20 @@ std::size_t row_of(std::vector<TrackStep>& steps, double t_begin, const NamedBen
     const auto last = static_cast<std::ptrdiff_t>(steps.back().row);
     if (b.row > last)
       throw Error(ErrorKind::kInput,
-                  fmt::format("benchmark '{}' stands after row {}, the track has {} rows", named.name, b.row, last), where);
+                  fmt::format("benchmark '{}' stands after row {}, the track has {} rows",
+                              named.name, b.row, last),
+                  where);
     return n;
   }
   if (std::isnan(b.t))
-    throw Error(ErrorKind::kInput, fmt::format("benchmark '{}' needs t_s or after_row", named.name), where);
+    throw Error(ErrorKind::kInput, fmt::format("benchmark '{}' needs t_s or after_row", named.name),
+                where);
   const double slack = 1e-6 * std::max(1.0, std::fabs(b.t));
   if (b.t < t_begin - slack || b.t > steps.back().t + slack)
     throw Error(ErrorKind::kInput,
-                fmt::format("benchmark '{}' is passed at {} s, the track runs from {} s to {} s", named.name, b.t, t_begin,
-                            steps.back().t), where);
+                fmt::format("benchmark '{}' is passed at {} s, the track runs from {} s to {} s",
+                            named.name, b.t, t_begin, steps.back().t),
+                where);
   std::size_t n = 0;
   double before = t_begin;
   while (n < steps.size() && steps[n].t <= b.t + slack) before = steps[n++].t;
@@ -69,7 +74,8 @@ std::string words_of(const Eigen::VectorXd& direction, const std::vector<State>&
   std::string text;
   for (Eigen::Index i = 0; i < direction.size(); ++i)
     if (std::fabs(direction[i]) > 0.3)
-      text += (text.empty() ? "" : " with ") + std::string(state_words(states[static_cast<std::size_t>(i)]));
+      text += (text.empty() ? "" : " with ") +
+              std::string(state_words(states[static_cast<std::size_t>(i)]));
   return text;
 }
 
@@ -83,13 +89,16 @@ const Calibration* DriveCalibration::find(const std::string& name) const {
 
 Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark& start,
                                     const std::vector<Benchmark>& benchmarks,
-                                    const std::vector<std::size_t>& rows, const TrackErrorModel& errors,
+                                    const std::vector<std::size_t>& rows,
+                                    const TrackErrorModel& errors,
                                     const std::vector<State>& estimate) {
   Calibration out;
   out.method = "least_squares";
   out.states = {State::kScale, State::kAngle};
   out.states.insert(out.states.end(), estimate.begin(), estimate.end());
-  const auto has = [&](State s) { return std::find(out.states.begin(), out.states.end(), s) != out.states.end(); };
+  const auto has = [&](State s) {
+    return std::find(out.states.begin(), out.states.end(), s) != out.states.end();
+  };
   const int dim = has(State::kPitch) ? 3 : 2;
   const Replay replay(track, start, rows);
   // A start from the farthest benchmark's chord.
@@ -100,7 +109,9 @@ Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark&
     if (j == 0 && !c.valid) from.why = c.why;
   }
   if (!from.valid) {
-    out.why = from.why.empty() ? "no benchmark stands away from the start: nothing fixes scale and angle" : from.why;
+    out.why = from.why.empty()
+                  ? "no benchmark stands away from the start: nothing fixes scale and angle"
+                  : from.why;
     return out;
   }
   StateVector x{};
@@ -114,8 +125,9 @@ Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark&
     return out;
   }
   const auto moments = replay.moments(x);
-  const auto sigma = residual_covariance(moments, benchmarks, start, errors, std::exp(x[index(State::kScale)]), dim,
-                                         !has(State::kStartNorth), !has(State::kDrift));
+  const auto sigma =
+      residual_covariance(moments, benchmarks, start, errors, std::exp(x[index(State::kScale)]),
+                          dim, !has(State::kStartNorth), !has(State::kDrift));
   Eigen::MatrixXd cov(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) cov(i, j) = sigma[static_cast<std::size_t>(i * n + j)];
@@ -133,7 +145,8 @@ Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark&
     Eigen::VectorXd r(n);
     for (std::size_t j = 0; j < benchmarks.size(); ++j) {
       const auto d = replay.residual(at[j], benchmarks[j]);
-      for (int c = 0; c < dim; ++c) r[static_cast<Eigen::Index>(j) * dim + c] = d[static_cast<std::size_t>(c)];
+      for (int c = 0; c < dim; ++c)
+        r[static_cast<Eigen::Index>(j) * dim + c] = d[static_cast<std::size_t>(c)];
     }
     return r;
   };
@@ -154,7 +167,8 @@ Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark&
       for (int c = 0; c < dim; ++c)
         for (Eigen::Index s = 0; s < m; ++s)
           jacobian(static_cast<Eigen::Index>(j) * dim + c, s) =
-              arrivals[j].by[index(out.states[static_cast<std::size_t>(s)])][static_cast<std::size_t>(c)];
+              arrivals[j]
+                  .by[index(out.states[static_cast<std::size_t>(s)])][static_cast<std::size_t>(c)];
     wj = factor.matrixL().solve(jacobian);
     wr = factor.matrixL().solve(r);
     cost = wr.squaredNorm();
@@ -166,7 +180,8 @@ Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark&
       normal.diagonal().array() += damping;
       const Eigen::VectorXd step = scale.asDiagonal() * normal.ldlt().solve(a.transpose() * wr);
       StateVector y = x;
-      for (Eigen::Index s = 0; s < m; ++s) y[index(out.states[static_cast<std::size_t>(s)])] -= step[s];
+      for (Eigen::Index s = 0; s < m; ++s)
+        y[index(out.states[static_cast<std::size_t>(s)])] -= step[s];
       const Eigen::VectorXd r2 = residuals(replay.run(y));
       const double c2 = r2.allFinite() ? factor.matrixL().solve(r2).eval().squaredNorm() : INFINITY;
       if (c2 <= cost * (1 + 1e-12) + 1e-20) {
@@ -190,21 +205,25 @@ Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark&
   }
   arrivals = replay.run(x);
   const Eigen::VectorXd scale = wj.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(wj * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(wj * scale.asDiagonal(),
+                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
   for (Eigen::Index i = 0; i < m; ++i)
     if (svd.singularValues()[i] < 1e-7 * svd.singularValues()[0])
-      out.unobservable.push_back(words_of(svd.matrixV().col(i), out.states) + " cannot be found from these benchmarks");
+      out.unobservable.push_back(words_of(svd.matrixV().col(i), out.states) +
+                                 " cannot be found from these benchmarks");
   if (!out.unobservable.empty()) {
     out.why = out.unobservable.front();
     return out;
   }
-  const Eigen::MatrixXd inverse = (svd.matrixV() * svd.singularValues().cwiseAbs2().cwiseInverse().asDiagonal() *
-                                   svd.matrixV().transpose());
+  const Eigen::MatrixXd inverse =
+      (svd.matrixV() * svd.singularValues().cwiseAbs2().cwiseInverse().asDiagonal() *
+       svd.matrixV().transpose());
   const Eigen::MatrixXd covariance =
       (exact ? 0.0 : 1.0) * (scale.asDiagonal() * inverse * scale.asDiagonal()).eval();
   out.covariance.resize(static_cast<std::size_t>(m * m));
   for (Eigen::Index i = 0; i < m; ++i)
-    for (Eigen::Index j = 0; j < m; ++j) out.covariance[static_cast<std::size_t>(i * m + j)] = covariance(i, j);
+    for (Eigen::Index j = 0; j < m; ++j)
+      out.covariance[static_cast<std::size_t>(i * m + j)] = covariance(i, j);
   for (State s : out.states) out.values.push_back(x[index(s)]);
   out.k = std::exp(x[index(State::kScale)]);
   out.eps = wrap_pi(x[index(State::kAngle)]);
@@ -218,7 +237,8 @@ Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark&
   for (std::size_t j = 0; j < benchmarks.size(); ++j) {
     const auto d = replay.residual(arrivals[j], benchmarks[j]);
     out.closure = std::max(out.closure, std::hypot(d[0], d[1]));
-    out.residuals.push_back({{}, -d[0], -d[1], -d[2], std::hypot(arrivals[j].north, arrivals[j].east)});
+    out.residuals.push_back(
+        {{}, -d[0], -d[1], -d[2], std::hypot(arrivals[j].north, arrivals[j].east)});
   }
   out.valid = true;
   return out;
@@ -229,15 +249,21 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
   const std::string where = drive.path;
   auto steps = read_track(drive, out.diagnostics);
   if (steps.size() < 2)
-    throw Error(ErrorKind::kInput, fmt::format("expected a track of at least two rows, found {}", steps.size()), where);
+    throw Error(ErrorKind::kInput,
+                fmt::format("expected a track of at least two rows, found {}", steps.size()),
+                where);
   if (drive.benchmarks.size() < 2)
     throw Error(ErrorKind::kInput,
-                fmt::format("calibration needs two [[benchmark]] or more, the first where the drive starts; found {}",
-                            drive.benchmarks.size()), where);
-  // The first step's beginning: one usual interval before its end, unless the first benchmark says otherwise.
+                fmt::format("calibration needs two [[benchmark]] or more, the first where the "
+                            "drive starts; found {}",
+                            drive.benchmarks.size()),
+                where);
+  // The first step's beginning: one usual interval before its end, unless the first benchmark says
+  // otherwise.
   double t_begin = steps[0].t - (steps[1].t - steps[0].t);
   const auto& first = drive.benchmarks.front().point;
-  if (first.row < 0 && !std::isnan(first.t) && first.t < steps[0].t) t_begin = std::min(t_begin, first.t);
+  if (first.row < 0 && !std::isnan(first.t) && first.t < steps[0].t)
+    t_begin = std::min(t_begin, first.t);
   const std::size_t start_row = row_of(steps, t_begin, drive.benchmarks.front(), where);
   if (start_row > 0) {
     t_begin = steps[start_row - 1].t;
@@ -246,14 +272,18 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
   std::vector<Benchmark> benchmarks;
   std::vector<std::size_t> rows;
   for (std::size_t j = 1; j < drive.benchmarks.size(); ++j) {
-    if (steps.empty()) throw Error(ErrorKind::kInput, "the first benchmark stands at the end of the log", where);
+    if (steps.empty())
+      throw Error(ErrorKind::kInput, "the first benchmark stands at the end of the log", where);
     rows.push_back(row_of(steps, t_begin, drive.benchmarks[j], where));
     benchmarks.push_back(drive.benchmarks[j].point);
     benchmarks.back().row = static_cast<std::ptrdiff_t>(rows.back());  // of the steps handed on
     if (j > 1 && rows[j - 1] < rows[j - 2])
-      throw Error(ErrorKind::kInput,
-                  fmt::format("benchmark '{}' is passed before '{}'; they stand in the order they are passed",
-                              drive.benchmarks[j].name, drive.benchmarks[j - 1].name), where);
+      throw Error(
+          ErrorKind::kInput,
+          fmt::format(
+              "benchmark '{}' is passed before '{}'; they stand in the order they are passed",
+              drive.benchmarks[j].name, drive.benchmarks[j - 1].name),
+          where);
   }
   steps.resize(std::max<std::size_t>(rows.back(), 1));
 
@@ -270,7 +300,9 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
   Benchmark start = first;
   start.row = 0;
   const Benchmark& end = benchmarks.back();
-  const auto wanted = [&](const std::string& name) { return options.only.empty() || options.only == name; };
+  const auto wanted = [&](const std::string& name) {
+    return options.only.empty() || options.only == name;
+  };
 
   Calibration replayed = calibrate_replay(track, start, end, errors);
   replayed.method = "replay";
@@ -289,8 +321,8 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
 
   const bool grid = drive.heading_reference == HeadingReference::kGrid;
   if (wanted("replay")) out.methods.push_back(replayed);
-  for (ChordMethod method : {ChordMethod::kStartLatitude, ChordMethod::kMeanLatitude, ChordMethod::kRhumb,
-                             ChordMethod::kGeodesic, ChordMethod::kGauss}) {
+  for (ChordMethod method : {ChordMethod::kStartLatitude, ChordMethod::kMeanLatitude,
+                             ChordMethod::kRhumb, ChordMethod::kGeodesic, ChordMethod::kGauss}) {
     const std::string name(chord_method_name(method));
     if (!wanted(name)) continue;
     Calibration c;
@@ -301,8 +333,9 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
       TwoPointOptions two;
       two.benchmark_std = std::sqrt(0.5 * (start.std * start.std + end.std * end.std));
       two.continuous_lon = true;
-      const auto r = calibrate_two_point(drive.ellipsoid, method,
-                                         {start.lat, start.lon, end.lat, end.lon, recorded.end_lat, recorded.end_lon}, two);
+      const auto r = calibrate_two_point(
+          drive.ellipsoid, method,
+          {start.lat, start.lon, end.lat, end.lon, recorded.end_lat, recorded.end_lon}, two);
       c.valid = r.valid;
       c.why = r.why;
       if (r.valid) {
@@ -313,17 +346,20 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
         c.eps_std = replayed.valid ? replayed.eps_std : r.eps_std;
         c.correlation = replayed.valid ? replayed.correlation : 0.0;
         c.iterations = 0;
-        const double k = replayed.valid ? replayed.k : c.k, eps = replayed.valid ? replayed.eps : c.eps;
+        const double k = replayed.valid ? replayed.k : c.k,
+                     eps = replayed.valid ? replayed.eps : c.eps;
         const double azimuth = std::atan2(moments.east, moments.north);
         if (method == ChordMethod::kStartLatitude || method == ChordMethod::kMeanLatitude) {
-          const auto bias = method == ChordMethod::kStartLatitude
-                                ? start_latitude_bias(drive.ellipsoid, start.lat, out.chord, azimuth, k, eps)
-                                : mean_latitude_bias(drive.ellipsoid, start.lat, out.chord, azimuth, k, eps);
+          const auto bias =
+              method == ChordMethod::kStartLatitude
+                  ? start_latitude_bias(drive.ellipsoid, start.lat, out.chord, azimuth, k, eps)
+                  : mean_latitude_bias(drive.ellipsoid, start.lat, out.chord, azimuth, k, eps);
           c.formula_ln_k = bias.ln_k;
           c.formula_eps = bias.eps;
         }
         if (drive.heading_model == HeadingModel::kIndependent) {
-          const auto bias = route_bias(drive.ellipsoid, start.lat, moments.area, moments.north, moments.east, k, eps);
+          const auto bias = route_bias(drive.ellipsoid, start.lat, moments.area, moments.north,
+                                       moments.east, k, eps);
           c.route_ln_k = bias.ln_k;
           c.route_eps = bias.eps;
         }
@@ -338,7 +374,8 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
   }
   if (wanted("least_squares")) {
     auto c = calibrate_least_squares(track, start, benchmarks, rows, errors, options.estimate);
-    for (std::size_t j = 0; j < c.residuals.size(); ++j) c.residuals[j].name = drive.benchmarks[j + 1].name;
+    for (std::size_t j = 0; j < c.residuals.size(); ++j)
+      c.residuals[j].name = drive.benchmarks[j + 1].name;
     out.methods.push_back(c);
   }
   if (wanted("online")) {
@@ -377,13 +414,15 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
     out.recommended = "least_squares";
     out.why = "the replay of the two ends is not valid";
   } else {
-    for (const char* name : {"rhumb", "geodesic", "gauss", "mean_latitude", "start_latitude", "online"})
+    for (const char* name :
+         {"rhumb", "geodesic", "gauss", "mean_latitude", "start_latitude", "online"})
       if (out.recommended.empty() && valid(name)) {
         out.recommended = name;
         out.why = "the only kind that is valid here";
       }
   }
-  if (const auto* best = out.find(out.recommended); best != nullptr && drive.odometer.present &&
+  if (const auto* best = out.find(out.recommended);
+      best != nullptr && drive.odometer.present &&
       (drive.odometer_kind == "pulses" || drive.odometer_kind == "counter"))
     out.metres_per_pulse = drive.odometer_scale / best->k;
   return out;
@@ -435,7 +474,8 @@ Json method_json(const Calibration& m) {
   j["unobservable"] = m.unobservable;
   j["residuals"] = Json::array();
   for (const auto& r : m.residuals)
-    j["residuals"].push_back({{"name", r.name}, {"north_m", number(r.north)}, {"east_m", number(r.east)}});
+    j["residuals"].push_back(
+        {{"name", r.name}, {"north_m", number(r.north)}, {"east_m", number(r.east)}});
   return j;
 }
 const char* model_name(const Drive& drive) {
@@ -484,7 +524,8 @@ Json certificate(const Drive& drive, const DriveCalibration& result, const std::
 Drift drift_against(const Calibration& now, const Json& then, const std::string& path) {
   for (const char* key : {"k", "eps_deg", "k_std", "eps_std_deg"})
     if (!then.is_object() || !then.contains(key) || !then[key].is_number())
-      throw Error(ErrorKind::kInput, "expected a certificate with the number '" + std::string(key) + "'", path);
+      throw Error(ErrorKind::kInput,
+                  "expected a certificate with the number '" + std::string(key) + "'", path);
   Drift d;
   d.dk = now.k - then["k"].get<double>();
   d.deps = wrap_pi(now.eps - then["eps_deg"].get<double>() * deg);
@@ -493,11 +534,15 @@ Drift drift_against(const Calibration& now, const Json& then, const std::string&
     c << ks * ks, rho * ks * es, rho * ks * es, es * es;
     return c;
   };
-  const double rho = then.contains("correlation") && then["correlation"].is_number() ? then["correlation"].get<double>() : 0.0;
-  const Eigen::Matrix2d c = of(now.ln_k_std * now.k, now.eps_std, declared(now.correlation)) +
-                            of(then["k_std"].get<double>(), then["eps_std_deg"].get<double>() * deg, rho);
+  const double rho = then.contains("correlation") && then["correlation"].is_number()
+                         ? then["correlation"].get<double>()
+                         : 0.0;
+  const Eigen::Matrix2d c =
+      of(now.ln_k_std * now.k, now.eps_std, declared(now.correlation)) +
+      of(then["k_std"].get<double>(), then["eps_std_deg"].get<double>() * deg, rho);
   const Eigen::Vector2d diff(d.dk, d.deps);
-  d.chi2 = c.determinant() > 0 ? diff.dot(c.inverse() * diff) : (diff.norm() > 1e-12 ? INFINITY : 0.0);
+  d.chi2 =
+      c.determinant() > 0 ? diff.dot(c.inverse() * diff) : (diff.norm() > 1e-12 ? INFINITY : 0.0);
   d.probability = std::exp(-0.5 * d.chi2);  // chi-square with two degrees of freedom
   d.drifted = d.probability < 0.01;
   return d;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recorded drive calibrated by every method that applies, side by side. vehicle.md sections 2 to 5 and 8.
+// A recorded drive calibrated by every method that applies, side by side. vehicle.md sections 2 to
+// 5 and 8.
 #pragma once
 #include <string>
 #include <vector>
@@ -19,23 +20,28 @@ struct CalibrateOptions {
 struct DriveCalibration {
   std::vector<Calibration> methods;  // named as in interface.md
   std::string recommended, why;      // empty: none valid
-  double chord = 0, route = 0, signed_area = 0;  // m, m, m^2 (vehicle.md 2.4), of the calibrated track
-  double metres_per_pulse = kNone;               // calibrated; kNone where the odometer does not count
+  double chord = 0, route = 0,
+         signed_area = 0;           // m, m, m^2 (vehicle.md 2.4), of the calibrated track
+  double metres_per_pulse = kNone;  // calibrated; kNone where the odometer does not count
   Diagnostics diagnostics;
 
   const Calibration* find(const std::string& name) const;
 };
-// Throws Error(kInput): no track, fewer than two benchmarks, a benchmark outside the log, a log of one row.
+// Throws Error(kInput): no track, fewer than two benchmarks, a benchmark outside the log, a log of
+// one row.
 DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& options);
 
-// Many benchmarks by least squares with the covariance of vehicle.md 5.2 (V-43). `rows`: steps before each benchmark.
+// Many benchmarks by least squares with the covariance of vehicle.md 5.2 (V-43). `rows`: steps
+// before each benchmark.
 Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark& start,
                                     const std::vector<Benchmark>& benchmarks,
-                                    const std::vector<std::size_t>& rows, const TrackErrorModel& errors,
+                                    const std::vector<std::size_t>& rows,
+                                    const TrackErrorModel& errors,
                                     const std::vector<State>& estimate);
 
 Json to_json(const Drive& drive, const DriveCalibration& result);
-// The certificate: vehicle, input hash, method, heading model, result, covariance, validity, program version.
+// The certificate: vehicle, input hash, method, heading model, result, covariance, validity,
+// program version.
 Json certificate(const Drive& drive, const DriveCalibration& result, const std::string& version);
 
 // Drifted or not: the difference to an older certificate against both covariances.
