@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `loxo calibrate DRIVE` as a user runs it: vehicle.md sections 2 to 5 on tracks written by the test.
+// `loxo calibrate DRIVE` as a user runs it: vehicle.md sections 2 to 5 on tracks written by the
+// test.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,9 +16,11 @@ namespace {
 using testing::run;
 using testing::scratch_folder;
 
-// A drive of `legs` (course, steps of 20 m) recorded with k and eps (V-5); benchmarks after each leg's end, known to `std`.
-std::string drive(const std::string& name, double lat, double lon, const std::vector<std::pair<double, int>>& legs, double k,
-                  double eps, const std::string& std = "0.1 m") {
+// A drive of `legs` (course, steps of 20 m) recorded with k and eps (V-5); benchmarks after each
+// leg's end, known to `std`.
+std::string drive(const std::string& name, double lat, double lon,
+                  const std::vector<std::pair<double, int>>& legs, double k, double eps,
+                  const std::string& std = "0.1 m") {
   const std::string folder = scratch_folder() + "/" + name;
   std::filesystem::create_directories(folder);
   std::ofstream track(folder + "/track.csv"), toml(folder + "/drive.toml");
@@ -25,11 +28,13 @@ std::string drive(const std::string& name, double lat, double lon, const std::ve
   toml.precision(17);
   track << "t_s,ds_m,heading_deg\n";
   toml << "format = 1\nname = \"" << name << "\"\n[track]\nfile = \"track.csv\"\n"
-       << "columns = { time = \"t_s\", distance = \"ds_m\", heading = \"heading_deg\" }\nheading_model = \"independent\"\n";
+       << "columns = { time = \"t_s\", distance = \"ds_m\", heading = \"heading_deg\" "
+          "}\nheading_model = \"independent\"\n";
   int row = 0;
   const auto benchmark = [&](const std::string& n) {
-    toml << "[[benchmark]]\nname = \"" << n << "\"\nafter_row = " << row << "\nlat_deg = " << lat / deg << "\nlon_deg = " << lon / deg
-         << "\nstd = \"" << std << "\"\n";
+    toml << "[[benchmark]]\nname = \"" << n << "\"\nafter_row = " << row
+         << "\nlat_deg = " << lat / deg << "\nlon_deg = " << lon / deg << "\nstd = \"" << std
+         << "\"\n";
   };
   lat *= deg;
   lon *= deg;
@@ -48,12 +53,16 @@ std::string drive(const std::string& name, double lat, double lon, const std::ve
   return folder;
 }
 
-// Replay is exact for any route (V-39, V-40); the chord methods are wrong by (V-21) on a bent one; the goals of section 10.
+// Replay is exact for any route (V-39, V-40); the chord methods are wrong by (V-21) on a bent one;
+// the goals of section 10.
 TEST(CalibrateDrive, ReplayAndLeastSquaresFindTheConstantsOfBentRoutesEverywhere) {
   const struct {
     const char* name;
     double lat, lon, k, eps;
-  } cases[] = {{"mid", 55, 110, 1.02, 1}, {"line", -40, 179.99, 1.2, 92.5}, {"equator", -0.01, 0, 0.7, -120}, {"high", 88, 20, 1.05, 3}};
+  } cases[] = {{"mid", 55, 110, 1.02, 1},
+               {"line", -40, 179.99, 1.2, 92.5},
+               {"equator", -0.01, 0, 0.7, -120},
+               {"high", 88, 20, 1.05, 3}};
   for (const auto& c : cases) {
     const auto folder = drive(c.name, c.lat, c.lon, {{30, 300}, {110, 200}, {60, 100}}, c.k, c.eps);
     const auto o = run("calibrate " + folder + " --json");
@@ -62,7 +71,8 @@ TEST(CalibrateDrive, ReplayAndLeastSquaresFindTheConstantsOfBentRoutesEverywhere
     for (const char* method : {"replay", "least_squares"}) {
       const auto& m = j["methods"][method];
       ASSERT_TRUE(m["valid"].get<bool>()) << c.name << method << m["why"];
-      // 1e-11 + 2e-7 m over the chord of 8 km, and the rounding of degrees in the files (1e-14 deg of 180).
+      // 1e-11 + 2e-7 m over the chord of 8 km, and the rounding of degrees in the files (1e-14 deg
+      // of 180).
       EXPECT_NEAR(m["k"].get<double>(), c.k, 1e-10) << c.name << method;
       EXPECT_NEAR(m["eps_deg"].get<double>(), c.eps, 1e-8) << c.name << method;
     }
@@ -81,8 +91,11 @@ TEST(CalibrateDrive, StatedErrorsAreThoseOfTheBenchmarks) {
   const auto folder = drive("straight", 50, 7, {{45, 500}}, 1.0, 0.0);
   const auto j = parse_json(run("calibrate " + folder + " --json").out, "straight");
   for (const char* method : {"replay", "rhumb", "least_squares"}) {
-    EXPECT_NEAR(j["methods"][method]["k_std"].get<double>(), std::sqrt(2.0) * 0.1 / 1e4, 1e-8) << method;
-    EXPECT_NEAR(j["methods"][method]["eps_std_deg"].get<double>() * deg, std::sqrt(2.0) * 0.1 / 1e4, 1e-8) << method;
+    EXPECT_NEAR(j["methods"][method]["k_std"].get<double>(), std::sqrt(2.0) * 0.1 / 1e4, 1e-8)
+        << method;
+    EXPECT_NEAR(j["methods"][method]["eps_std_deg"].get<double>() * deg, std::sqrt(2.0) * 0.1 / 1e4,
+                1e-8)
+        << method;
   }
   EXPECT_EQ(j["recommended"], "replay");
   EXPECT_NEAR(j["chord_m"].get<double>(), 1e4, 1e-3);
