@@ -92,6 +92,18 @@ TEST(Evaluate, RequirementsDecideTheExitCode) {
   EXPECT_NE(unknown.err.find("horizontal_pct_max"), std::string::npos) << unknown.err;
 }
 
+// A drive named by a relative path: its files are found beside its drive.toml, once.
+TEST(Evaluate, TruthOfADriveNamedRelatively) {
+  const auto o = run("simulate straight-road -o " + scratch_folder() + "/relative");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(scratch_folder());
+  const auto e = run("evaluate relative/reference.csv --truth relative --json");
+  std::filesystem::current_path(before);
+  ASSERT_EQ(e.exit_code, 0) << e.err;
+  EXPECT_LT(parse_json(e.out, "relative")["horizontal_max_m"].get<double>(), 1e-6);
+}
+
 TEST(Evaluate, BadInputIsNamed) {
   const auto truth = track("b_truth", 40, 5, none);
   const auto later = track("b_later", 40, 5, none, 5000);

@@ -45,9 +45,7 @@ Solution read_truth(const std::string& path, Ellipsoid& ellipsoid, Diagnostics& 
   std::map<std::string, std::string> columns;
   for (const auto& [key, names] : drive.reference.columns)
     if (!names.empty()) columns[key] = names.front();
-  fs::path file(drive.reference.file);
-  if (file.is_relative()) file = fs::path(drive.folder) / file;
-  return read_solution(file.string(), ellipsoid, diagnostics, columns);
+  return read_solution(drive.reference.file, ellipsoid, diagnostics, columns);
 }
 
 }  // namespace loxo
