@@ -29,6 +29,10 @@ int run(const Globals& globals) {
   const std::string program = fs::read_symlink("/proc/self/exe", failed).string();
   if (failed) throw Error(ErrorKind::kWork, "cannot find the program itself: " + failed.message());
   const auto in = [&](const char* name) { return quoted((fs::path(folder) / name).string()); };
+  // The demo can be run again: its own drives of last time make room.
+  for (const char* own : {"drive", "pole"})
+    if (fs::exists(fs::path(folder) / own / "drive.toml"))
+      fs::remove_all(fs::path(folder) / own, failed);
   const std::string seed = " --seed " + std::to_string(globals.seed);
 
   struct Step {
