@@ -7,7 +7,7 @@
 #include <iostream>
 #include <memory>
 
-#include "cli/command.hpp"
+#include "cli/analyze.hpp"
 #include "cli/table.hpp"
 #include "loxo/earth/transverse.hpp"
 #include "loxo/errors/static_response.hpp"
@@ -72,6 +72,7 @@ StaticSite site_of(const Options& o, const Ellipsoid& ell) {
   const double lon0 = option_quantity(o.meridian, Dimension::kAngle, "--meridian");
   if (!(std::fabs(lat) <= 90 * deg))
     throw Error(ErrorKind::kUsage, "latitude within +-90 deg expected, found " + o.lat, "--lat");
+  require_one_of(o.frame, {"transverse", "grid", "wander", "geographic"}, "--frame");
   const auto t = to_transverse(lat, lon, lon0);
   StaticSite site;
   if (o.frame == "transverse") {
@@ -80,12 +81,8 @@ StaticSite site_of(const Options& o, const Ellipsoid& ell) {
     site = grid_site(ell, t.tlat, t.tlon);
   } else if (o.frame == "geographic") {
     site = geographic_site(ell, lat);
-  } else if (o.frame == "wander") {
-    site = wander_site(ell, lat, 0.0);
   } else {
-    throw Error(ErrorKind::kUsage,
-                "'" + o.frame + "' is not known; valid: transverse, grid, wander, geographic",
-                "--frame");
+    site = wander_site(ell, lat, 0.0);
   }
   site.neglect_foucault = o.neglect_foucault;
   return site;
@@ -262,9 +259,11 @@ void add_site_options(CLI::App* sub, const std::shared_ptr<Options>& o) {
 
 void add_analyze(CLI::App& app, Globals& globals) {
   auto* analyze = add_command(
-      app, globals, "analyze", "error propagation: exact responses at rest, roots",
-      "loxo analyze static --lat 89.9deg --lon 45deg --gyro-bias 0.001deg/h",
-      []() -> int { throw Error(ErrorKind::kUsage, "analyze what? static, roots", "analyze"); });
+      app, globals, "analyze",
+      "error propagation: exact responses at rest, roots, calibration drives",
+      "loxo analyze static --lat 89.9deg --lon 45deg --gyro-bias 0.001deg/h", []() -> int {
+        throw Error(ErrorKind::kUsage, "analyze what? static, roots, odometer", "analyze");
+      });
   auto o = std::make_shared<Options>();
   auto* rest = add_subcommand(
       *analyze, globals, "static", "the exact response of an inertial system at rest",
@@ -286,6 +285,7 @@ void add_analyze(CLI::App& app, Globals& globals) {
                                "loxo analyze roots --lat 30deg --earth sphere",
                                [&globals, r]() -> int { return run_roots(globals, *r); });
   add_site_options(roots, r);
+  add_analyze_odometer(*analyze, globals);
 }
 
 }  // namespace loxo::cli

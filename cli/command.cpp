@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
@@ -117,6 +118,13 @@ double option_quantity(const std::string& text, Dimension d, const std::string& 
   } catch (const Error& e) {
     throw Error(ErrorKind::kUsage, e.what());
   }
+}
+
+void require_one_of(const std::string& value, const std::vector<std::string>& names,
+                    const std::string& option) {
+  if (std::find(names.begin(), names.end(), value) == names.end())
+    throw Error(ErrorKind::kUsage, "'" + value + "' is not known" + suggestion(value, names),
+                option);
 }
 
 Progress::Progress(const Globals& globals, std::string label, double total)

@@ -42,6 +42,9 @@ Json to_json(const Diagnostics& diagnostics);
 
 // An angle, length … given on the command line with its unit. Throws Error(kUsage, …, option).
 double option_quantity(const std::string& text, Dimension d, const std::string& option);
+// Throws Error(kUsage, …, option) with the nearest name where `value` is none of `names`.
+void require_one_of(const std::string& value, const std::vector<std::string>& names,
+                    const std::string& option);
 
 // A progress bar with rate and time left, on a terminal only.
 class Progress {

@@ -3,21 +3,7 @@
 
 #include <memory>
 
-#include "loxo/num/error.hpp"
-#include "loxo/text/nearest.hpp"
-
 namespace loxo::cli {
-namespace {
-
-void require_one_of(const std::string& value, const std::vector<std::string>& names,
-                    const std::string& option) {
-  for (const auto& n : names)
-    if (n == value) return;
-  throw Error(ErrorKind::kUsage, "'" + value + "' is not known" + suggestion(value, names), option);
-}
-
-}  // namespace
-
 void add_navigate(CLI::App& app, Globals& globals) {
   auto o = std::make_shared<NavigateOptions>();
   auto* sub = add_command(

@@ -50,6 +50,50 @@ TEST(AnalyzeRoots, AtThePoleOnTheSphere) {
   EXPECT_EQ(run("analyze roots --lat 30deg --earth moon").exit_code, 2);
 }
 
+TEST(AnalyzeOdometer, NamesWhatLeadsAndWhatHelps) {
+  const std::string drive =
+      "analyze odometer --length 11.2km --heading-std 3.6arcmin --level-std 0.5arcmin --gyro-bias "
+      "0.01deg/h --gyro-noise '0.001deg/sqrt(h)' --benchmark-std 0.1m ";
+  const auto o = run(drive + "--json -o " + scratch_folder() + "/odometer.csv");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const auto j = parse_json(o.out, "odometer");
+  EXPECT_EQ(j["leading_angle"], "heading_alignment");
+  EXPECT_EQ(j["leading_scale"], "benchmarks");
+  EXPECT_EQ(j["improves_angle_most"], "heading of the alignment twice as good");
+  EXPECT_EQ(j["improves_scale_most"], "benchmarks twice as good");
+  EXPECT_NEAR(j["eps_std_deg"].get<double>(), 0.06, 0.001);
+  EXPECT_NEAR(j["ln_k_std"].get<double>(), 0.1 * std::sqrt(2.0) / 11200, 2e-7);
+  EXPECT_NEAR(j["duration_s"].get<double>(), 600, 1e-9);
+  auto c = columns(testing::slurp(scratch_folder() + "/odometer.csv"));
+  double sum = 0;
+  for (const auto& x : c["eps_std_deg"]) sum += number(x) * number(x);
+  EXPECT_NEAR(std::sqrt(sum), j["eps_std_deg"].get<double>(), 1e-12);
+  const auto text = run(drive);
+  EXPECT_NE(text.out.find("led by heading of the alignment"), std::string::npos) << text.out;
+}
+
+TEST(AnalyzeOdometer, RefusesWhatMeansNothing) {
+  const struct {
+    const char* arguments;
+    int code;
+    const char* says;
+  } cases[] = {
+      {"", 2, "--length"},
+      {"--length 10km", 2, "no error given"},
+      {"--length 10km --heading-std=-1deg", 2, "never negative"},
+      {"--length 10km --heading-std 1", 2, "--heading-std"},
+      {"--length 10km --heading-std 1deg --heading-model mechanized", 2, "mechanised"},
+      {"--length 10km --heading-std 1deg --lat 95deg", 2, "--lat"},
+      {"--length 100km --heading-std 1deg --lat 89.5deg", 3, "pole"},
+      {"--length 0km --heading-std 1deg", 3, "positive length"},
+  };
+  for (const auto& c : cases) {
+    const auto o = run(std::string("analyze odometer ") + c.arguments);
+    EXPECT_EQ(o.exit_code, c.code) << c.arguments << o.err;
+    EXPECT_NE(o.err.find(c.says), std::string::npos) << c.arguments << ": " << o.err;
+  }
+}
+
 TEST(Allan, CommandFindsTheCoefficientsOfASimulatedLog) {
   std::mt19937_64 generator(5);
   std::normal_distribution<double> normal;
