@@ -202,8 +202,9 @@ OdometerBudget sources_of(const Ellipsoid& ell, const CalibrationDrive& drive,
       // The rhumb chord (V-17): east = dlon/D, and D itself moves with the end's latitude.
       const double lat = latitude_of_arc(ell, m), north = D * cc, east = D * sc;
       const double rate = isometric_divided_difference(ell, drive.lat, lat);
-      const double w = isometric_rate(ell, lat);
-      const double slope = std::fabs(north) > 1 ? (w - rate) / north : 0.5 * std::sin(lat) * w * w;
+      const double w_end = isometric_rate(ell, lat);
+      const double slope =
+          std::fabs(north) > 1 ? (w_end - rate) / north : 0.5 * std::sin(lat) * w_end * w_end;
       return chord_error(north, east, {dm, (dlon - east * slope * dm) / rate});
     };
     const auto u = constants(in.heading, 0), g = constants(0, in.gyro_bias);
