@@ -23,34 +23,13 @@ struct Options {
 const std::vector<std::string> kMethods = {"replay",   "start_latitude", "mean_latitude", "rhumb",
                                            "geodesic", "gauss",          "least_squares", "online"};
 
-std::vector<State> states_of(const std::vector<std::string>& names) {
-  static const std::vector<std::string> known = {"heading_drift", "pitch_mounting", "lever_arm",
-                                                 "start_offset"};
-  std::vector<State> out;
-  for (const auto& n : names) {
-    if (n == "heading_drift") {
-      out.push_back(State::kDrift);
-    } else if (n == "pitch_mounting") {
-      out.push_back(State::kPitch);
-    } else if (n == "lever_arm") {
-      out.insert(out.end(), {State::kLeverRight, State::kLeverForward});
-    } else if (n == "start_offset") {
-      out.insert(out.end(), {State::kStartNorth, State::kStartEast});
-    } else {
-      throw Error(ErrorKind::kUsage, "'" + n + "' is no state" + suggestion(n, known),
-                  "--estimate");
-    }
-  }
-  return out;
-}
-
 std::string number(double x, const char* format) {
   return std::isnan(x) ? "-" : fmt::format(fmt::runtime(format), x);
 }
 
 int run(const Globals& globals, const Options& o) {
   if (o.drive.empty())
-    throw Error(ErrorKind::kUsage, "calibrate what? a DRIVE, or 'points'", "calibrate");
+    throw Error(ErrorKind::kUsage, "calibrate what? a DRIVE, 'points' or 'plan'", "calibrate");
   CalibrateOptions options;
   options.estimate = states_of(o.estimate);
   options.only = o.method;
@@ -114,6 +93,27 @@ int run(const Globals& globals, const Options& o) {
 
 }  // namespace
 
+std::vector<State> states_of(const std::vector<std::string>& names) {
+  static const std::vector<std::string> known = {"heading_drift", "pitch_mounting", "lever_arm",
+                                                 "start_offset"};
+  std::vector<State> out;
+  for (const auto& n : names) {
+    if (n == "heading_drift") {
+      out.push_back(State::kDrift);
+    } else if (n == "pitch_mounting") {
+      out.push_back(State::kPitch);
+    } else if (n == "lever_arm") {
+      out.insert(out.end(), {State::kLeverRight, State::kLeverForward});
+    } else if (n == "start_offset") {
+      out.insert(out.end(), {State::kStartNorth, State::kStartEast});
+    } else {
+      throw Error(ErrorKind::kUsage, "'" + n + "' is no state" + suggestion(n, known),
+                  "--estimate");
+    }
+  }
+  return out;
+}
+
 void add_calibrate(CLI::App& app, Globals& globals) {
   auto o = std::make_shared<Options>();
   auto* sub =
@@ -131,6 +131,7 @@ void add_calibrate(CLI::App& app, Globals& globals) {
       ->delimiter(',');
   sub->add_option("--against", o->against, "an older certificate: drifted or not");
   add_calibrate_points(*sub, globals);
+  add_calibrate_plan(*sub, globals);
 }
 
 }  // namespace loxo::cli

@@ -154,7 +154,8 @@ std::vector<Arrival> Replay::run_true(const StateVector& x) const {
     a.north = sum_n;
     a.east = sum_e;
     a.up = up;
-    a.heading = heading_at(row) - eps - (kFull && row > 0 ? b * step_time(track_, row - 1) : 0.0);
+    a.heading_t = row > 0 ? step_time(track_, row - 1) : track_.t0;
+    a.heading = heading_at(row) - eps - b * a.heading_t;
     if constexpr (kSensitive) {
       // (V-39), (V-40)
       const double s = std::sin(a.lat);
@@ -302,7 +303,13 @@ void Replay::finish(std::vector<Arrival>& arrivals, const StateVector& x, bool s
       a.by[index(State::kLeverForward)] =
           moved(body_to_level(0, 1, a.heading), body_to_level(0, 1, psi0), 1.0);
       const auto turn = moved({-lever[1], lever[0]}, {-start[1], start[0]}, -1.0);
-      for (int c = 0; c < 2; ++c) a.by[index(State::kAngle)][c] += turn[c];
+      const double t = a.heading_t;
+      const auto drift =
+          moved({-t * lever[1], t * lever[0]}, {-track_.t0 * start[1], track_.t0 * start[0]}, -1.0);
+      for (int c = 0; c < 2; ++c) {
+        a.by[index(State::kAngle)][c] += turn[c];
+        a.by[index(State::kDrift)][c] += drift[c];
+      }
     }
     if (right == 0 && forward == 0) continue;
     if (track_.reference == HeadingReference::kGrid) {
@@ -393,17 +400,19 @@ std::vector<Moments> Replay::moments(const StateVector& x) const {
   out.reserve(rows_.size());
   Moments m;
   double integral = 0;  // INT n de
-  std::size_t i = 0;
+  std::size_t i = 0, turned = 0;
   bool moved = false;
   for (const std::size_t row : rows_) {
     for (; i < row; ++i) {
       const TrackStep& step = track_.steps[i];
       double dt = step_interval(track_, i);
       if (!(dt > 0)) dt = 0;
-      double s, c;
-      sincos(step.heading - eps - (b == 0 ? 0.0 : b * step_time(track_, i)), s, c);
-      const double ds = shrink * step.ds * (step.pitch == 0 ? 1.0 : cos(step.pitch));
-      const double dn = ds * c, de = ds * s;
+      double se, c, sp = 0, cp = 1;
+      sincos(step.heading - eps - (b == 0 ? 0.0 : b * step_time(track_, i)), se, c);
+      const double pitch = step.pitch - x[index(State::kPitch)];
+      if (pitch != 0) sincos(pitch, sp, cp);
+      const double ds = shrink * step.ds * cp;
+      const double dn = ds * c, de = ds * se;
       const double pn = m.north + 0.5 * dn, pe = m.east + 0.5 * de;
       // INT over the step of P P^T with P linear: midpoint and the twelfth of the step's square.
       m.sn += dt * pn;
@@ -414,37 +423,57 @@ std::vector<Moments> Replay::moments(const StateVector& x) const {
       const double tm = m.t + 0.5 * dt;
       m.bn += tm * dn;
       m.be += tm * de;
-      m.ann += dn * dn;
-      m.ane += dn * de;
-      m.aee += de * de;
       m.cnn += de * de;
       m.cne -= dn * de;
       m.cee += dn * dn;
       if (ds != 0) {
         // Quantisation acts along the way that the wheel turned: the heading vector, its sign left
         // out.
-        if (!moved) {
-          m.u1n = c;
-          m.u1e = s;
-          moved = true;
-        } else {
-          m.unn += (c - m.un) * (c - m.un);
-          m.une += (c - m.un) * (s - m.ue);
-          m.uee += (s - m.ue) * (s - m.ue);
+        const double way = shrink * step.ds;
+        const double t[3] = {c * cp, se * cp, sp};
+        for (int r = 0; r < 3; ++r)
+          for (int q = 0; q < 3; ++q) {
+            m.along[r][q] += way * way * t[r] * t[q];
+            if (moved) m.change[r][q] += (t[r] - m.last[r]) * (t[q] - m.last[q]);
+          }
+        for (; moved && turned < out.size(); ++turned)
+          for (int r = 0; r < 3; ++r) out[turned].next[r] = t[r] - m.last[r];
+        for (int r = 0; r < 3; ++r) {
+          if (!moved) m.first[r] = t[r];
+          m.last[r] = t[r];
         }
-        m.un = c;
-        m.ue = s;
+        moved = true;
       }
       integral += pn * de;
       m.north += dn;
       m.east += de;
       m.t += dt;
+      m.rows += 1;
       m.route += std::fabs(ds);
     }
     m.area = integral - 0.5 * m.north * m.east;
+    m.turn[0] = -m.east;
+    m.turn[1] = m.north;
+    m.drift[0] = -m.be;
+    m.drift[1] = m.bn;
     out.push_back(m);
   }
   return out;
+}
+
+void exact_turns(const RecordedTrack& track, std::span<const Arrival> arrivals, bool with_drift,
+                 std::vector<Moments>& moments) {
+  for (std::size_t j = 0; j < moments.size(); ++j) {
+    const auto &angle = arrivals[j].by[index(State::kAngle)],
+               &drift = arrivals[j].by[index(State::kDrift)];
+    // Errors drift from the start on and are those of mid-step, the state counts from t = 0 and by
+    // the row's own time.
+    const double since = track.t0 + 0.5 * moments[j].t / std::max(1.0, moments[j].rows);
+    for (std::size_t c = 0; c < 2; ++c) {
+      moments[j].turn[c] = -angle[c];
+      if (with_drift) moments[j].drift[c] = since * angle[c] - drift[c];
+    }
+  }
 }
 
 std::vector<double> residual_covariance(std::span<const Moments> moments,
@@ -467,34 +496,37 @@ std::vector<double> residual_covariance(std::span<const Moments> moments,
     for (std::size_t l = 0; l < count; ++l) {
       const Moments &mj = moments[j], &ml = moments[l], &first = moments[std::min(j, l)];
       const double jn[2] = {-mj.east, mj.north}, ln[2] = {-ml.east, ml.north};
-      const double jb[2] = {-mj.be, mj.bn}, lb[2] = {-ml.be, ml.bn};
       // INT (Pj - P)(Pl - P)^T dt = T Pj Pl^T - Pj S^T - S Pl^T + Q, then turned on both sides.
       const double s[2] = {-first.se, first.sn};
       const double q[2][2] = {{first.qee, -first.qne}, {-first.qne, first.qnn}};
-      const double along[2][2] = {{first.ann, first.ane}, {first.ane, first.aee}};
       const double across[2][2] = {{first.cnn, first.cne}, {first.cne, first.cee}};
-      const double change[2][2] = {{first.unn, first.une}, {first.une, first.uee}};
-      const double u1[2] = {first.u1n, first.u1e};
+      // The odometer's: along the way, climbing with it.
+      for (int a = 0; a < dim; ++a)
+        for (int b = 0; b < dim; ++b) {
+          double v = noise2 * first.along[a][b] +
+                     quant2 * (first.first[a] * first.first[b] + first.change[a][b]);
+          // The unread part of a pulse at the earlier row stands there along the last heading, and
+          // in every later row along the change of heading that follows, taken off.
+          if (j == l) v += quant2 * first.last[a] * first.last[b];
+          if (j < l) v -= quant2 * first.last[a] * first.next[b];
+          if (j > l) v -= quant2 * first.next[a] * first.last[b];
+          at(j, a, l, b) = v;
+        }
       for (int a = 0; a < 2; ++a)
         for (int b = 0; b < 2; ++b) {
-          double v = psi2 * jn[a] * ln[b] + drift2 * jb[a] * lb[b];
+          double v = psi2 * mj.turn[a] * ml.turn[b] + drift2 * mj.drift[a] * ml.drift[b];
           v += walk2 * (first.t * jn[a] * ln[b] - jn[a] * s[b] - s[a] * ln[b] + q[a][b]);
-          v += slip2 * across[a][b] + noise2 * along[a][b];
-          v += quant2 * (u1[a] * u1[b] + change[a][b]);
-          // The unread part of a pulse at the earlier row enters the later row as the change of
-          // heading since.
-          const double last_j[2] = {mj.un, mj.ue};
-          if (j == l) v += quant2 * last_j[a] * last_j[b];
+          v += slip2 * across[a][b];
           if (a == b) {
             if (j == l) v += benchmarks[j].std * benchmarks[j].std;
             if (with_start) v += start.std * start.std;
           }
-          at(j, a, l, b) = v;
+          at(j, a, l, b) += v;
         }
       if (dim == 3) {
         double v = with_start ? start.std_h * start.std_h : 0.0;
         if (j == l) v += benchmarks[j].std_h * benchmarks[j].std_h;
-        at(j, 2, l, 2) = v;
+        at(j, 2, l, 2) += v;
       }
     }
   return sigma;
@@ -642,7 +674,8 @@ Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
   r.k = std::exp(x[0]);
   r.eps = wrap_pi(x[1]);
   r.values = {x[0], r.eps};
-  const auto moments = replay.moments(x);
+  auto moments = replay.moments(x);
+  exact_turns(track, std::span(&arrival, 1), false, moments);
   const auto sigma2 =
       residual_covariance(moments, std::span(&end, 1), start, errors, r.k, 2, true, true);
   const auto &ju = arrival.by[0], &je = arrival.by[1];

@@ -41,22 +41,27 @@ struct Arrival {
   double up = 0;               // m climbed, by pitch
   double north = 0, east = 0;  // m: plain sums of the corrected increments
   double heading = 0;          // rad, corrected, at the row
+  double heading_t = 0;        // s: the row's own time, for the drift
   std::array<std::array<double, 3>, kStates> by{};
 };
 
 // Integrals that the covariance needs (V-43), metres and seconds from the start, at one row.
 struct Moments {
-  double t = 0;                             // s since the start
-  double north = 0, east = 0;               // P
-  double sn = 0, se = 0;                    // INT P dt
-  double qnn = 0, qne = 0, qee = 0;         // INT P P^T dt
-  double bn = 0, be = 0;                    // INT t v dt
-  double ann = 0, ane = 0, aee = 0;         // SUM ds^2 t t^T
-  double cnn = 0, cne = 0, cee = 0;         // SUM ds^2 n n^T
-  double unn = 0, une = 0, uee = 0;         // SUM of squared changes of the unit heading vector
-  double u1n = 0, u1e = 0, un = 0, ue = 0;  // first and last unit heading vector
-  double route = 0;                         // m driven
-  double area = 0;  // m^2 INT n de - n e / 2: positive, the route lies left of its chord
+  double t = 0, rows = 0;            // s and rows since the start
+  double north = 0, east = 0;        // P
+  double sn = 0, se = 0;             // INT P dt
+  double qnn = 0, qne = 0, qee = 0;  // INT P P^T dt
+  double bn = 0, be = 0;             // INT t v dt
+  double along[3][3]{};              // SUM ds^2 t t^T, t the unit vector ahead (n, e, up)
+  double cnn = 0, cne = 0, cee = 0;  // SUM ds^2 n n^T, n level and across
+  double change[3][3]{};             // SUM of (change of t)(change of t)^T
+  double first[3]{}, last[3]{};      // first and last t
+  double next[3]{};                  // change of t to the first moving step after the row
+  // What a turn of all headings and a drift of 1 rad/s since the start do to the position: flat,
+  // (-e, n) of P and B, until exact_turns() puts the ellipsoid's own in their place.
+  double turn[2]{}, drift[2]{};
+  double route = 0;  // m driven
+  double area = 0;   // m^2 INT n de - n e / 2: positive, the route lies left of its chord
 };
 
 class Replay {
@@ -94,6 +99,12 @@ class Replay {
   bool has_pitch_ = false;
   mutable double largest_latitude_ = 0;
 };
+
+// An alignment error cannot be told from eps, however long the way (5.3): its effect must be that
+// of eps exactly. Takes it from the sensitivities of the arrivals; that of the drift too where they
+// hold it.
+void exact_turns(const RecordedTrack& track, std::span<const Arrival> arrivals, bool with_drift,
+                 std::vector<Moments>& moments);
 
 // Covariance of all residuals (V-43): n x n row-major, n = dim * moments.size(), dim 2 (north,
 // east) or 3 (and up).

@@ -361,7 +361,7 @@ Benchmark survey(const Ellipsoid& ell, const SimulatedTrack& track, std::size_t 
   const double sl = std::sin(p.lat);
   b.lat = p.lat + north / (meridian_radius(ell, sl) + p.h);
   b.lon = wrap_pi(p.lon + east / ((prime_vertical_radius(ell, sl) + p.h) * std::cos(p.lat)));
-  b.h = p.h;
+  b.h = p.h + std * draw.normal();
   b.std = std;
   b.std_h = std;
   return b;

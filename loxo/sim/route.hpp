@@ -101,8 +101,8 @@ struct SimulatedTrack {
 SimulatedTrack simulate_track(const Ellipsoid& ell, const Route& route,
                               const TrackOptions& options);
 
-// The benchmark passed after `row` steps, its coordinates in error by `std` (drawn by seed, trial
-// and row). `right`, `forward` [m]: the surveyed point on the body, from the odometer.
+// The benchmark passed after `row` steps, coordinates and height in error by `std` (drawn by seed,
+// trial and row). `right`, `forward` [m]: the surveyed point on the body, from the odometer.
 Benchmark survey(const Ellipsoid& ell, const SimulatedTrack& track, std::size_t row, double std,
                  std::uint64_t seed, std::uint64_t trial, double right = 0, double forward = 0);
 

@@ -19,7 +19,9 @@ namespace {
 
 double declared(double x) { return std::isnan(x) ? 0.0 : x; }
 
-TrackErrorModel error_model(const Drive& drive) {
+}  // namespace
+
+TrackErrorModel track_error_model(const Drive& drive) {
   TrackErrorModel m;
   m.heading_bias = declared(drive.attitude_errors.heading_bias);
   m.heading_drift = declared(drive.attitude_errors.heading_drift);
@@ -29,6 +31,8 @@ TrackErrorModel error_model(const Drive& drive) {
   m.quantisation = declared(drive.odometer_errors.quantisation);
   return m;
 }
+
+namespace {
 
 // Steps of the track that end before the benchmark. A benchmark by time inside a step splits the
 // step there.
@@ -69,179 +73,12 @@ std::size_t row_of(std::vector<TrackStep>& steps, double t_begin, const NamedBen
   return n + 1;
 }
 
-// Axes of weak singular directions, in words (vehicle.md 5.3).
-std::string words_of(const Eigen::VectorXd& direction, const std::vector<State>& states) {
-  std::string text;
-  for (Eigen::Index i = 0; i < direction.size(); ++i)
-    if (std::fabs(direction[i]) > 0.3)
-      text += (text.empty() ? "" : " with ") +
-              std::string(state_words(states[static_cast<std::size_t>(i)]));
-  return text;
-}
-
 }  // namespace
 
 const Calibration* DriveCalibration::find(const std::string& name) const {
   for (const auto& m : methods)
     if (m.method == name) return &m;
   return nullptr;
-}
-
-Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark& start,
-                                    const std::vector<Benchmark>& benchmarks,
-                                    const std::vector<std::size_t>& rows,
-                                    const TrackErrorModel& errors,
-                                    const std::vector<State>& estimate) {
-  Calibration out;
-  out.method = "least_squares";
-  out.states = {State::kScale, State::kAngle};
-  out.states.insert(out.states.end(), estimate.begin(), estimate.end());
-  const auto has = [&](State s) {
-    return std::find(out.states.begin(), out.states.end(), s) != out.states.end();
-  };
-  const int dim = has(State::kPitch) ? 3 : 2;
-  const Replay replay(track, start, rows);
-  // A start from the farthest benchmark's chord.
-  ChordStart from;
-  for (std::size_t j = 0; j < benchmarks.size(); ++j) {
-    const auto c = chord_start(replay, benchmarks[j], j);
-    if (c.valid && c.chord > from.chord) from = c;
-    if (j == 0 && !c.valid) from.why = c.why;
-  }
-  if (!from.valid) {
-    out.why = from.why.empty()
-                  ? "no benchmark stands away from the start: nothing fixes scale and angle"
-                  : from.why;
-    return out;
-  }
-  StateVector x{};
-  x[index(State::kScale)] = from.ln_k;
-  x[index(State::kAngle)] = from.eps;
-
-  const auto n = static_cast<Eigen::Index>(benchmarks.size()) * dim;
-  const auto m = static_cast<Eigen::Index>(out.states.size());
-  if (n < m) {
-    out.why = fmt::format("{} unknowns and {} equations: more benchmarks are needed", m, n);
-    return out;
-  }
-  const auto moments = replay.moments(x);
-  const auto sigma =
-      residual_covariance(moments, benchmarks, start, errors, std::exp(x[index(State::kScale)]),
-                          dim, !has(State::kStartNorth), !has(State::kDrift));
-  Eigen::MatrixXd cov(n, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) cov(i, j) = sigma[static_cast<std::size_t>(i * n + j)];
-  const double largest = cov.diagonal().maxCoeff();
-  // Known exactly: any weight will do, the stated error is zero.
-  const bool exact = !(largest > 0);
-  if (exact) cov.setIdentity();
-  cov.diagonal().array() += 1e-12 * cov.diagonal().maxCoeff();
-  const Eigen::LLT<Eigen::MatrixXd> factor(cov);
-  if (factor.info() != Eigen::Success) {
-    out.why = "the covariance of the benchmarks is not positive definite: give each a std";
-    return out;
-  }
-  const auto residuals = [&](const std::vector<Arrival>& at) {
-    Eigen::VectorXd r(n);
-    for (std::size_t j = 0; j < benchmarks.size(); ++j) {
-      const auto d = replay.residual(at[j], benchmarks[j]);
-      for (int c = 0; c < dim; ++c)
-        r[static_cast<Eigen::Index>(j) * dim + c] = d[static_cast<std::size_t>(c)];
-    }
-    return r;
-  };
-  Eigen::MatrixXd wj;
-  Eigen::VectorXd wr;
-  double damping = 1e-3, cost = 0;
-  bool converged = false;
-  std::vector<Arrival> arrivals;
-  for (out.iterations = 0; out.iterations < 50 && !converged; ++out.iterations) {
-    arrivals = replay.run(x, out.states);
-    const Eigen::VectorXd r = residuals(arrivals);
-    if (!r.allFinite()) {
-      out.why = "the track leaves the domain of its headings (a pole crossed with true headings?)";
-      return out;
-    }
-    Eigen::MatrixXd jacobian(n, m);
-    for (std::size_t j = 0; j < benchmarks.size(); ++j)
-      for (int c = 0; c < dim; ++c)
-        for (Eigen::Index s = 0; s < m; ++s)
-          jacobian(static_cast<Eigen::Index>(j) * dim + c, s) =
-              arrivals[j]
-                  .by[index(out.states[static_cast<std::size_t>(s)])][static_cast<std::size_t>(c)];
-    wj = factor.matrixL().solve(jacobian);
-    wr = factor.matrixL().solve(r);
-    cost = wr.squaredNorm();
-    // States differ by many orders of magnitude: columns of unit length.
-    const Eigen::VectorXd scale = wj.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-    const Eigen::MatrixXd a = wj * scale.asDiagonal();
-    for (;;) {
-      Eigen::MatrixXd normal = a.transpose() * a;
-      normal.diagonal().array() += damping;
-      const Eigen::VectorXd step = scale.asDiagonal() * normal.ldlt().solve(a.transpose() * wr);
-      StateVector y = x;
-      for (Eigen::Index s = 0; s < m; ++s)
-        y[index(out.states[static_cast<std::size_t>(s)])] -= step[s];
-      const Eigen::VectorXd r2 = residuals(replay.run(y));
-      const double c2 = r2.allFinite() ? factor.matrixL().solve(r2).eval().squaredNorm() : INFINITY;
-      if (c2 <= cost * (1 + 1e-12) + 1e-20) {
-        const double angle = std::max(std::fabs(step[0]), std::fabs(step[1]));
-        converged = angle < 1e-12 || std::fabs(cost - c2) <= 1e-12 * (cost + 1e-12);
-        x = y;
-        cost = c2;
-        damping = std::max(damping * 0.03, 1e-15);
-        break;
-      }
-      damping = std::max(damping * 10, 1e-12);
-      if (damping > 1e8) {
-        converged = true;  // at the minimum to rounding
-        break;
-      }
-    }
-  }
-  if (!converged) {
-    out.why = "no convergence in 50 iterations";
-    return out;
-  }
-  arrivals = replay.run(x);
-  const Eigen::VectorXd scale = wj.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(wj * scale.asDiagonal(),
-                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
-  for (Eigen::Index i = 0; i < m; ++i)
-    if (svd.singularValues()[i] < 1e-7 * svd.singularValues()[0])
-      out.unobservable.push_back(words_of(svd.matrixV().col(i), out.states) +
-                                 " cannot be found from these benchmarks");
-  if (!out.unobservable.empty()) {
-    out.why = out.unobservable.front();
-    return out;
-  }
-  const Eigen::MatrixXd inverse =
-      (svd.matrixV() * svd.singularValues().cwiseAbs2().cwiseInverse().asDiagonal() *
-       svd.matrixV().transpose());
-  const Eigen::MatrixXd covariance =
-      (exact ? 0.0 : 1.0) * (scale.asDiagonal() * inverse * scale.asDiagonal()).eval();
-  out.covariance.resize(static_cast<std::size_t>(m * m));
-  for (Eigen::Index i = 0; i < m; ++i)
-    for (Eigen::Index j = 0; j < m; ++j)
-      out.covariance[static_cast<std::size_t>(i * m + j)] = covariance(i, j);
-  for (State s : out.states) out.values.push_back(x[index(s)]);
-  out.k = std::exp(x[index(State::kScale)]);
-  out.eps = wrap_pi(x[index(State::kAngle)]);
-  out.ln_k_std = std::sqrt(covariance(0, 0));
-  out.eps_std = std::sqrt(covariance(1, 1));
-  out.correlation = exact ? 0.0 : covariance(0, 1) / (out.ln_k_std * out.eps_std);
-  out.smallest_singular = svd.singularValues()[m - 1];
-  out.chi2 = exact ? 0.0 : cost;
-  out.dof = static_cast<int>(n - m);
-  out.closure = 0;
-  for (std::size_t j = 0; j < benchmarks.size(); ++j) {
-    const auto d = replay.residual(arrivals[j], benchmarks[j]);
-    out.closure = std::max(out.closure, std::hypot(d[0], d[1]));
-    out.residuals.push_back(
-        {{}, -d[0], -d[1], -d[2], std::hypot(arrivals[j].north, arrivals[j].east)});
-  }
-  out.valid = true;
-  return out;
 }
 
 DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& options) {
@@ -296,7 +133,7 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
   track.earth_rate = drive.earth_rate;
   track.taken_scale = drive.track.present ? drive.track_scale : 1.0;
   track.taken_offset = drive.track.present ? drive.track_heading_offset : 0.0;
-  const TrackErrorModel errors = error_model(drive);
+  const TrackErrorModel errors = track_error_model(drive);
   Benchmark start = first;
   start.row = 0;
   const Benchmark& end = benchmarks.back();

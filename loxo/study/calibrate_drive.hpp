@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "loxo/calibrate/least_squares.hpp"
 #include "loxo/calibrate/replay.hpp"
 #include "loxo/log/drive.hpp"
 #include "loxo/text/json.hpp"
@@ -31,13 +32,8 @@ struct DriveCalibration {
 // one row.
 DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& options);
 
-// Many benchmarks by least squares with the covariance of vehicle.md 5.2 (V-43). `rows`: steps
-// before each benchmark.
-Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark& start,
-                                    const std::vector<Benchmark>& benchmarks,
-                                    const std::vector<std::size_t>& rows,
-                                    const TrackErrorModel& errors,
-                                    const std::vector<State>& estimate);
+// The sensor errors that a drive declares for its track; 0 where it declares none.
+TrackErrorModel track_error_model(const Drive& drive);
 
 Json to_json(const Drive& drive, const DriveCalibration& result);
 // The certificate: vehicle, input hash, method, heading model, result, covariance, validity,
