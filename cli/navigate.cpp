@@ -1,9 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/navigate.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <memory>
 
+#include "loxo/num/units.hpp"
+#include "loxo/study/filter_drive.hpp"
+
 namespace loxo::cli {
+Json to_json(const AlignmentReport& a) {
+  Json j = {{"method", a.method},
+            {"heading_deg", a.heading / deg},
+            {"heading_std_deg", a.heading_std / deg},
+            {"std_gyro_deg", a.std_gyro / deg},
+            {"std_noise_deg", a.std_noise / deg},
+            {"std_sway_deg", a.std_sway / deg},
+            {"duration_s", a.duration},
+            {"note", a.note}};
+  if (a.gyro_bias == a.gyro_bias) {
+    j["gyro_bias_deg_h"] = a.gyro_bias / deg_per_h;
+    j["latitude_limit_deg"] = a.latitude_limit / deg;
+  }
+  if (a.latitude == a.latitude) {
+    j["latitude_deg"] = a.latitude / deg;
+    j["latitude_std_deg"] = a.latitude_std / deg;
+  }
+  return j;
+}
+
+std::string alignment_text(const AlignmentReport& a) {
+  if (a.method == "state") return "start: the state given\n";
+  std::string text = fmt::format("start: {}, heading {:.3f} deg +- {:.2g} deg", a.method,
+                                 a.heading / deg, a.heading_std / deg);
+  if (a.std_gyro > 0)
+    text += fmt::format(" (gyro {:.2g}, noise {:.2g}, sway {:.2g} over {:.0f} s)", a.std_gyro / deg,
+                        a.std_noise / deg, a.std_sway / deg, a.duration);
+  text += a.note.empty() ? "\n" : fmt::format("; {}\n", a.note);
+  // [EST-14], the east gyro's part
+  if (a.std_gyro > 0)
+    text += fmt::format(
+        "predicted: an east gyro drift of {:.3g} deg/h at latitude {:.2f} deg turns the heading by "
+        "{:.2g} deg; 5 deg {}\n",
+        a.gyro_bias / deg_per_h, a.place_lat / deg, a.std_gyro / deg,
+        a.latitude_limit > 0
+            ? fmt::format("are reached at latitude {:.2f} deg", a.latitude_limit / deg)
+            : std::string("are exceeded at every latitude"));
+  if (a.latitude == a.latitude)
+    text += fmt::format("latitude by gravity and the Earth's turn: {:.3f} deg +- {:.2g} deg\n",
+                        a.latitude / deg, a.latitude_std / deg);
+  return text;
+}
+
 void add_navigate(CLI::App& app, Globals& globals) {
   auto o = std::make_shared<NavigateOptions>();
   auto* sub = add_command(

@@ -7,6 +7,10 @@
 #include "cli/command.hpp"
 #include "loxo/earth/frames.hpp"
 
+namespace loxo {
+struct AlignmentReport;  // study/filter_drive.hpp
+}
+
 namespace loxo::cli {
 
 struct NavigateOptions {
@@ -27,6 +31,10 @@ struct NavigateOptions {
   bool no_fixes = false;
   std::vector<std::string> outages;  // START:LENGTH, as 650s:340s
 };
+
+// How the start was aligned and how well it can be known; keys of --json, and lines of text.
+Json to_json(const AlignmentReport& report);
+std::string alignment_text(const AlignmentReport& report);
 
 int navigate_reckon(const Globals& globals, const NavigateOptions& options);  // navigate_reckon.cpp
 int navigate_inertial(const Globals& globals,

@@ -75,15 +75,7 @@ Json json_of(const FilterResult& r, const NavigateOptions& o, const Diagnostics&
   j["rows"] = r.rows;
   j["imu_samples"] = r.imu_samples;
   j["duration_s"] = r.duration;
-  const AlignmentReport& a = r.alignment;
-  j["alignment"] = {{"method", a.method},
-                    {"heading_deg", a.heading / deg},
-                    {"heading_std_deg", a.heading_std / deg},
-                    {"std_gyro_deg", a.std_gyro / deg},
-                    {"std_noise_deg", a.std_noise / deg},
-                    {"std_sway_deg", a.std_sway / deg},
-                    {"duration_s", a.duration},
-                    {"note", a.note}};
+  j["alignment"] = to_json(r.alignment);
   Json& c = j["constants"] = Json::object();
   for (const Estimated& e : r.constants) {
     c[e.name] = e.value;
@@ -198,12 +190,9 @@ int navigate_filter(const Globals& globals, const NavigateOptions& options) {
   if (globals.json) {
     print_json(json_of(r, options, diagnostics));
   } else {
-    std::string text = fmt::format(
-        "{} {}: {} rows over {:.0f} s from {} IMU samples\nalignment: {}, heading {:.2f} deg +- "
-        "{:.2f} deg{}{}\n",
-        options.mode, drive.name, r.rows, r.duration, r.imu_samples, r.alignment.method,
-        r.alignment.heading / deg, r.alignment.heading_std / deg,
-        r.alignment.note.empty() ? "" : "; ", r.alignment.note);
+    std::string text =
+        fmt::format("{} {}: {} rows over {:.0f} s from {} IMU samples\n{}", options.mode,
+                    drive.name, r.rows, r.duration, r.imu_samples, alignment_text(r.alignment));
     for (const Estimated& e : r.constants)
       text += fmt::format("  {:28} {:12.6g} +- {:.3g}\n", e.name, e.value, e.std);
     text += "  innovations                      used  weighted  rejected  mean NIS  above 95 %\n";

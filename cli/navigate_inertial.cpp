@@ -94,34 +94,18 @@ int navigate_inertial(const Globals& globals, const NavigateOptions& options) {
       j["singular_error_m"] = r.singular_error;
     }
     j["broken"] = r.broken;
-    const AlignmentReport& a = r.alignment;
-    j["alignment"] = {{"method", a.method},
-                      {"heading_deg", a.heading / deg},
-                      {"heading_std_deg", a.heading_std / deg},
-                      {"std_gyro_deg", a.std_gyro / deg},
-                      {"std_noise_deg", a.std_noise / deg},
-                      {"std_sway_deg", a.std_sway / deg},
-                      {"duration_s", a.duration},
-                      {"note", a.note}};
+    j["alignment"] = to_json(r.alignment);
     if (!r.broken)
       j["end"] = {{"lat_deg", g.lat / deg}, {"lon_deg", g.lon / deg}, {"h_m", g.h},
                   {"x_m", r.end.r.x},       {"y_m", r.end.r.y},       {"z_m", r.end.r.z}};
     j["diagnostics"] = to_json(diagnostics);
     print_json(j);
   } else {
-    const AlignmentReport& a = r.alignment;
     std::string text = fmt::format(
         "inertial {}: {} rows over {:.1f} s from {} IMU samples, frame {}, vertical {}\n",
         drive.name, r.rows, r.end_t - r.begin_t, r.imu_samples, options.frame,
         vertical_name(r.vertical));
-    if (a.method == "state")
-      text += "start: the state given\n";
-    else
-      text += fmt::format(
-          "start: {}, heading {:.3f} deg +- {:.2g} deg (gyro {:.2g}, noise {:.2g}, "
-          "sway {:.2g}){}{}\n",
-          a.method, a.heading / deg, a.heading_std / deg, a.std_gyro / deg, a.std_noise / deg,
-          a.std_sway / deg, a.note.empty() ? "" : "; ", a.note);
+    text += alignment_text(r.alignment);
     if (r.switches > 0) text += fmt::format("frame changed {} times\n", r.switches);
     if (!r.broken)
       text += fmt::format("end: {:.7f} deg, {:.7f} deg, {:.2f} m\n", g.lat / deg, g.lon / deg, g.h);

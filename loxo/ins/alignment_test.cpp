@@ -118,6 +118,58 @@ TEST(Alignment, PredictedScatterIsTheScatter) {
   }
 }
 
+// estimation.md 4.1 with polar.md 2.4: the heading of a levelled triad in steady motion, roll and
+// pitch as they are; without the velocity it errs by the north-steaming error v_N/(R w cosL).
+TEST(Alignment, GyrocompassIsExactInSteadyMotion) {
+  for (double lat : {-75 * deg, 0.0, 34 * deg, 85 * deg})
+    for (double course : {0.0, 70 * deg, 200 * deg, 359 * deg}) {
+      auto m = truth::great_circle(wgs84(), lat, 110 * deg, course, 12);
+      m.heading = 20 * deg;
+      const auto at = m.at(0);
+      const UnitAngle<double> a{std::sin(lat), std::cos(lat)};
+      const auto c_ne = GeographicMechanization::axes(a, std::sin(110 * deg), std::cos(110 * deg));
+      const auto v = c_ne * at.state.v;
+      const auto k =
+          level_terms(make_earth_model(m.ell), 0.0, std::cos(lat), std::sin(lat), 0.0, a);
+      // A body that lists and trims: the same rate in other axes.
+      const double roll = 7 * deg, pitch = -4 * deg;
+      const auto tilted = transpose(to_matrix<Geographic>(Euler<double>{0, pitch, roll})) *
+                          Vec<Geographic>{at.w_ib.x, at.w_ib.y, at.w_ib.z};
+      const Vec<Body> w{tilted.x, tilted.y, tilted.z};
+      const double truth = to_euler(true_attitude(m, lat, 0)).heading;
+      const double found = gyrocompass(w, roll, pitch, lat, m.ell.w_ie, {v.x, v.y, k.kxx, k.kyy});
+      EXPECT_NEAR(std::remainder(found - truth, 2 * kPi), 0, 1e-9) << lat / deg << ' ' << course;
+      const double steaming = std::atan2(-v.y * k.kyy, m.ell.w_ie * std::cos(lat) + v.x * k.kxx);
+      const double still = gyrocompass(w, roll, pitch, lat, m.ell.w_ie);
+      EXPECT_NEAR(std::remainder(still - truth + steaming, 2 * kPi), 0, 1e-9);
+    }
+}
+
+// Where the base stands is seen from the Earth's turn alone, sway or not.
+TEST(Alignment, LatitudeFromGravityAndEarthRate) {
+  for (double lat : {-80 * deg, -34 * deg, 1 * deg, 34 * deg, 60 * deg, 85 * deg})
+    for (double sway : {0.0, 1 * deg}) {
+      const auto m = standing(lat, 40 * deg, sway);
+      InertialFrameAlignment a(0.3, m.ell.w_ie, kGravity);  // a wrong latitude does not matter
+      for (const auto& s : m.record(0.02, 15000)) a.add(s);
+      // At rest the sums' own steps, dt/T. A yaw of A sin(2 pi t/P) leaves a slope of at most
+      // 12 A P/(2 pi T^2) (one period's rest at either end).
+      const double limit =
+          sway == 0 ? 1e-3 : 12 * sway * m.yaw_period / (2 * kPi * 300 * 300 * m.ell.w_ie);
+      EXPECT_NEAR(a.latitude(), lat, limit) << lat / deg << ' ' << sway;
+    }
+}
+
+TEST(Alignment, LatitudeLimitIsWhereTheSigmaReachesIt) {
+  for (double bias : {0.001, 0.01, 0.1, 1.0}) {
+    const double lat = latitude_limit(bias * deg_per_h, wgs84().w_ie, kRefusedHeading);
+    const InertialFrameAlignment a(lat, wgs84().w_ie, kGravity);
+    EXPECT_NEAR(a.sigma({bias * deg_per_h, 0, 0}).gyro_bias, kRefusedHeading,
+                1e-9 * kRefusedHeading);
+  }
+  EXPECT_EQ(latitude_limit(2 * deg_per_h, wgs84().w_ie, kRefusedHeading), 0.0);
+}
+
 // estimation.md 4.5: the limit of a gyro of 0.01 deg/h lies at 89.6 deg, of 1 deg/h at 40 deg.
 TEST(Alignment, SigmaGrowsTowardThePole) {
   auto total = [](double bias, double lat) {

@@ -48,10 +48,16 @@ struct SensorReport {
   InnovationCount count;
 };
 struct AlignmentReport {
-  std::string method;                   // static, inertial_frame, attitude, state, stored, two_step
-  double heading = 0, heading_std = 0;  // rad
+  // static, inertial_frame, gyrocompass, fine, attitude, state, stored, two_step, in_motion
+  std::string method;
+  double heading = 0, heading_std = 0;               // rad
   double std_gyro = 0, std_noise = 0, std_sway = 0;  // what the sigma is made of, rad
   double duration = 0;                               // s used
+  // What the prediction rests on: east gyro bias [rad/s], latitude of the place, and the latitude
+  // up to which this bias leaves 5 deg of heading (0: nowhere) [rad].
+  double gyro_bias = kNone, place_lat = kNone, latitude_limit = kNone;
+  // The latitude that gravity and the Earth's turn show at rest [rad]; kNone where not observed.
+  double latitude = kNone, latitude_std = kNone;
   std::string note;
 };
 // A row of the constants over time (one per 10 s), for the report.

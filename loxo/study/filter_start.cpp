@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "loxo/study/filter_start.hpp"
+#include "loxo/study/drive_alignment.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 #include "loxo/earth/attitude.hpp"
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/gravity.hpp"
-#include "loxo/ins/alignment.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 
@@ -157,10 +156,11 @@ DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& o, 
 // A standing start: means of the IMU and their scatter over windows of a second.
 
 // From t0 for at most `duration`; ends before the first three seconds in a row that are clearly not
-// at rest. A second is disturbed (a door, a passenger) where it scatters more than six times the
-// median second; such seconds count for the mean attitude but not for the noise.
+// at rest; without jolts_end only a turn ends it (`stop` says when it moves off). A second is
+// disturbed (a door, a passenger) where it scatters more than six times the median second; such
+// seconds count for the mean attitude but not for the noise.
 StandingStart standing_start(const Drive& drive, double t0, double duration, double stop,
-                             Diagnostics& d) {
+                             Diagnostics& d, bool jolts_end) {
   struct Second {
     double begin, end, length, vw, vf;
     long n;
@@ -203,7 +203,7 @@ StandingStart standing_start(const Drive& drive, double t0, double duration, dou
     q.vw = std::max(0.0, ww * k - dot(q.w, q.w));
     q.vf = std::max(0.0, ff * k - dot(df, df));
     q.end = s.t;
-    const bool moves = all.size() >= 5 && (disturbed(q) || norm(q.w) > 0.02);
+    const bool moves = all.size() >= 5 && ((jolts_end && disturbed(q)) || norm(q.w) > 0.02);
     in_a_row = moves ? in_a_row + 1 : 0;
     sorted_w.insert(std::upper_bound(sorted_w.begin(), sorted_w.end(), q.vw), q.vw);
     sorted_f.insert(std::upper_bound(sorted_f.begin(), sorted_f.end(), q.vf), q.vf);
@@ -335,64 +335,6 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
   return out;
 }
 
-// The gyros' turn of heading from t0 to t1 at rest-level attitude: for the two-step alignment
-// (4.4).
-struct CourseBack {
-  bool found = false;
-  double heading = 0, t = 0;
-};
-CourseBack course_back(const Drive& drive, const StandingStart& rest, double lat,
-                       const std::vector<Fix>& fixes, Diagnostics& d) {
-  CourseBack out;
-  // Attitude relative to the level frame with heading 0 at the end of the standstill.
-  const Vec<Body> up = rest.mean_f * (1 / norm(rest.mean_f));
-  Rot<Geographic, Body> C;
-  const Vec<Body> fwd = Vec<Body>{0, 1, 0} - up * up.y;
-  const Vec<Body> n = fwd * (1 / norm(fwd)), e = cross(n, up);
-  const Vec<Body>* rows[3] = {&e, &n, &up};
-  for (int i = 0; i < 3; ++i)
-    C.m[i][0] = rows[i]->x, C.m[i][1] = rows[i]->y, C.m[i][2] = rows[i]->z;
-  Quat<Geographic, Body> q = to_quaternion(C);
-  (void)lat;
-  const Vec<Body> bias = rest.mean_w;  // standing: everything the gyros show, Earth rate included
-  ImuReader reader(drive, d);
-  ImuIncrement<double> s;
-  std::size_t i = 0;
-  while (reader.next(s)) {
-    if (s.t <= rest.end) continue;
-    q = normalized(q * exp_rotation<Body, Body>(s.dtheta - bias * s.dt));
-    while (i < fixes.size() && fixes[i].t < s.t - s.dt) ++i;
-    if (i < fixes.size() && fixes[i].t <= s.t && given(fixes[i].ve) && given(fixes[i].vn)) {
-      const double speed = std::hypot(fixes[i].ve, fixes[i].vn);
-      if (speed > 5.0) {
-        const Rot<Geographic, Body> A = to_matrix(q);
-        const double relative = std::atan2(A.m[0][1], A.m[1][1]);
-        out.found = true;
-        out.heading = wrap_2pi(std::atan2(fixes[i].ve, fixes[i].vn) - relative);
-        out.t = fixes[i].t;
-        return out;
-      }
-    }
-    if (s.t > rest.end + 600) break;
-  }
-  return out;
-}
-
-Rot<Geographic, Body> level_attitude(const Vec<Body>& up, double heading) {
-  // Level from the specific force; heading of the forward axis as given.
-  const Vec<Body> u = up * (1 / norm(up));
-  const Vec<Body> f = Vec<Body>{0, 1, 0} - u * u.y;
-  const Vec<Body> n0 = f * (1 / norm(f)), e0 = cross(n0, u);
-  const double s = std::sin(heading), c = std::cos(heading);
-  // Forward = s E + c N: E = c e0' ...: e0, n0 are right and forward levelled.
-  const Vec<Body> e = e0 * c + n0 * s, n = n0 * c - e0 * s;
-  Rot<Geographic, Body> C;
-  const Vec<Body>* rows[3] = {&e, &n, &u};
-  for (int i = 0; i < 3; ++i)
-    C.m[i][0] = rows[i]->x, C.m[i][1] = rows[i]->y, C.m[i][2] = rows[i]->z;
-  return C;
-}
-
 }  // namespace
 
 void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOptions& o,
@@ -434,31 +376,6 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
   }
 }
 
-namespace {
-
-// The inertial-frame method over (begin, end]; t: where it ended.
-struct FollowedStart {
-  InertialFrameAlignment alignment;
-  double t;
-};
-FollowedStart followed_start(const Drive& drive, double lat, double h, double begin, double end) {
-  Diagnostics told_before;
-  ImuReader reader(drive, told_before);
-  FollowedStart out{{lat, drive.ellipsoid.w_ie, normal_gravity(drive.ellipsoid, std::sin(lat), h)},
-                    begin};
-  for (ImuIncrement<double> s; reader.next(s) && s.t <= end + 1e-9;) {
-    if (s.t - s.dt < begin - 1e-9 || !(s.dt > 0)) continue;
-    out.alignment.add(s);
-    out.t = s.t;
-  }
-  return out;
-}
-
-// Below it the velocities are too short and the means are used (estimation.md 4.2).
-constexpr double kShortestFollowed = 100.0;  // s
-
-}  // namespace
-
 FilterStart filter_start(const Drive& drive, const FilterOptions& o, const NavigatorConfig& config,
                          const DriveMeasurements& m, double first_imu_t, Diagnostics& d) {
   const Ellipsoid& ell = drive.ellipsoid;
@@ -495,6 +412,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
   }
   h = or_else(h, 0.0);
   Covariance<kStates>& P = b.start.P;
+  DriveAlignment a;
 
   if (st.has_state) {
     t0 = std::max(or_else(st.state_t, t0), first_imu_t);
@@ -507,141 +425,24 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
     alignment_covariance(ell, s, config.gyro_bias, config.accel_bias, 0.05 * deg,
                          b.report.heading_std, false, P);
   } else {
+    a = align_drive(drive, o, config, m, {lat, lon, h}, t0, d);
+    if (a.has_place) lat = a.place.lat, lon = a.place.lon, h = a.place.h, pos_std = a.place_std;
     const Rot<Geographic, Ecef> C_ge = geographic_axes(lat, lon);
     s.r = to_ecef(ell, Geodetic<double>{lat, lon, h});
-    const bool moving_start = given(st.ve) || given(st.vn);
-    const bool attitude = given(st.heading) && !st.alignment_kind;
-    double until = 1e300;  // the wheel or a fix says that it moves
-    for (const OdometerTick& k : m.ticks)
-      if (k.t > t0 && std::fabs(k.value) > (k.is_speed ? 0.2 : 0.02)) {
-        until = std::min(until, k.t - 2.0);
-        break;
-      }
-    for (const Fix& f : m.fixes)
-      if (f.t > t0 && given(f.ve) && std::hypot(f.ve, f.vn) > 1.0) {
-        until = std::min(until, f.t - 2.0);
-        break;
-      }
-    const double duration = or_else(st.alignment_duration, attitude ? 300.0 : 300.0);
-    if (!moving_start) b.rest = standing_start(drive, t0, duration, until, d);
-    double T = b.rest.end - b.rest.begin;
-    double slat, clat;
-    sincos(lat, slat, clat);
-    const double wn = ell.w_ie * clat;
-    if (attitude) {
-      // Heading given; level from the standstill where there is one, else as given.
-      const bool level = !given(st.pitch) && b.rest.samples > 0 && T > 5;
-      Rot<Geographic, Body> C_nb =
-          level ? level_attitude(b.rest.mean_f, st.heading)
-                : to_matrix<Geographic>(
-                      Euler<double>{st.heading, or_else(st.pitch, 0), or_else(st.roll, 0)});
-      s.q = to_quaternion(transpose(C_ge) * C_nb);
-      s.t = level ? b.rest.end : t0;
-      b.report.method = "attitude";
-      b.report.heading = st.heading;
-      b.report.heading_std = or_else(st.heading_std, 0.1 * deg);
-      s.v = transpose(C_ge) *
-            Vec<Geographic>{or_else(st.ve, 0), or_else(st.vn, 0), or_else(st.vu, 0)};
-      alignment_covariance(ell, s, config.gyro_bias, level ? config.accel_bias : 0.0,
-                           level ? 0.003 * deg : 0.1 * deg, b.report.heading_std, false, P);
-      for (int i = 0; i < 3; ++i) P.p[kBa + i][kBa + i] = config.accel_bias * config.accel_bias;
-    } else {
-      if (b.rest.samples == 0 || T < 10)
-        throw Error(ErrorKind::kWork,
-                    fmt::format("static alignment from t = {:.1f} s: only {:.1f} s at rest were "
-                                "found, at least 10 s are needed; give [start] attitude and "
-                                "velocity, or another start time",
-                                t0, T),
-                    "start.alignment");
-      // 4.1: u = f, e = w x f, n = u x e; the level is trusted, the heading is the gyros'.
-      const Vec<Body> u = b.rest.mean_f * (1 / norm(b.rest.mean_f));
-      const Vec<Body> e0 = cross(b.rest.mean_w, u);
-      b.report.std_gyro = config.gyro_bias / wn;
-      b.report.std_noise = config.gyro_noise / (std::sqrt(T) * wn);
-      b.report.std_sway = std::sqrt(2.0) * b.rest.sway_angle / (T * wn);
-      double sigma = std::hypot(b.report.std_gyro, b.report.std_noise, b.report.std_sway);
-      const Vec<Body> e = e0 * (1 / norm(e0)), n = cross(u, e);
-      double heading = wrap_2pi(std::atan2(e.y, n.y));
-      b.report.method = "static";
-      // 4.2: the gyros follow the base; a swaying one gives its level as well, at rest the mean is
-      // better.
-      const bool swaying = st.alignment_kind && *st.alignment_kind == "swaying";
-      const double end = swaying ? std::min(t0 + duration, until) : b.rest.end;
-      Rot<Geographic, Body> level{};
-      double level_std = 0.003 * deg, end_t = b.rest.end;
-      if (end - b.rest.begin >= kShortestFollowed) {
-        const FollowedStart f = followed_start(drive, lat, h, b.rest.begin, end);
-        const HeadingSigma s0 =
-            f.alignment.sigma({config.gyro_bias, config.gyro_noise, config.accel_noise});
-        if (f.alignment.duration() >= kShortestFollowed &&
-            (swaying || s0.total() < kRefusedHeading)) {
-          T = f.alignment.duration();
-          b.report.std_gyro = s0.gyro_bias;
-          b.report.std_noise = std::hypot(s0.gyro_noise, s0.accel_noise);
-          b.report.std_sway = s0.sway;
-          sigma = s0.total();
-          level = f.alignment.attitude();
-          heading = to_euler(level).heading;
-          end_t = swaying ? f.t : end_t;
-          level_std = std::hypot(level_std, swaying ? 0.25 * config.gyro_bias * T : 0.0);
-          b.report.method = "inertial_frame";
-        }
-      } else if (swaying) {
-        throw Error(ErrorKind::kWork,
-                    fmt::format("alignment on a swaying base needs {:.0f} s, found {:.1f} s",
-                                kShortestFollowed, end - b.rest.begin),
-                    "start.alignment");
-      }
-      b.report.heading_std = sigma;
-      bool from_gyros = true;
-      if (given(st.heading)) {  // a stored heading beside the static level
-        heading = st.heading;
-        b.report.method = "stored";
-        b.report.heading_std = or_else(st.heading_std, 3.0 * deg);
-        from_gyros = false;
-      } else if (!(sigma < 5.0 * deg)) {
-        const CourseBack c = course_back(drive, b.rest, lat, m.fixes, d);
-        if (c.found) {
-          heading = c.heading;
-          b.report.method = "two_step";
-          b.report.heading_std = 3.0 * deg;
-          b.report.note = fmt::format(
-              "the gyros alone would give {:.1f} deg; heading from the course of the fix at t = "
-              "{:.1f} s, carried back by the gyros",
-              sigma / deg, c.t);
-          from_gyros = false;
-        } else if (!o.force) {
-          throw Error(
-              ErrorKind::kWork,
-              fmt::format(
-                  "static alignment would know the heading to {:.1f} deg only (gyro bias {:.3g} "
-                  "deg/h: {:.1f} deg, noise and sway over {:.0f} s: "
-                  "{:.2f} deg, latitude {:.2f} deg). Give [start] attitude with heading_std, two "
-                  "fixes with velocity, or --force to go on with that sigma",
-                  sigma / deg, config.gyro_bias / deg_per_h, b.report.std_gyro / deg, T,
-                  std::hypot(b.report.std_noise, b.report.std_sway) / deg, lat / deg),
-              "start.alignment");
-        } else {
-          b.report.note = "poor heading, continued by --force with its own sigma";
-        }
-      }
-      b.report.heading = heading;
-      const bool followed = swaying && b.report.method == "inertial_frame";
-      s.q = to_quaternion(transpose(C_ge) *
-                          (followed ? level : level_attitude(b.rest.mean_f, heading)));
-      s.t = end_t;
-      const double random =
-          from_gyros ? std::hypot(b.report.std_noise, b.report.std_sway) : b.report.heading_std;
-      alignment_covariance(ell, s, config.gyro_bias, config.accel_bias, level_std, random,
-                           from_gyros, P);
-      // At rest on a known place the mean rate less Earth's is the bias; that is the filter's work
-      // (ZARU), not done twice.
-    }
-    b.report.duration = T;
+    s.v = transpose(C_ge) * a.v;
+    s.q = to_quaternion(transpose(C_ge) * a.C_nb);
+    s.t = a.t;
+    b.rest = a.rest;
+    b.report = a.report;
+    alignment_covariance(ell, s, config.gyro_bias, a.level_from_accel ? config.accel_bias : 0.0,
+                         a.level_std, a.heading_random, a.from_gyros, P);
+    for (int i = 0; i < 3; ++i) P.p[kBa + i][kBa + i] = config.accel_bias * config.accel_bias;
   }
-  const bool at_rest = !given(st.ve) && !st.has_state;
+  const bool at_rest = !given(st.ve) && !st.has_state && !a.has_place;
   for (int i = 0; i < 3; ++i) {
-    P.p[kDv + i][kDv + i] = at_rest ? 0.02 * 0.02 : 0.05 * 0.05;
+    P.p[kDv + i][kDv + i] = a.has_place ? a.velocity_std * a.velocity_std
+                            : at_rest   ? 0.02 * 0.02
+                                        : 0.05 * 0.05;
     P.p[kDr + i][kDr + i] = pos_std * pos_std;
     P.p[kSa + i][kSa + i] = config.accel_scale * config.accel_scale;
     P.p[kLever + i][kLever + i] = config.lever_std * config.lever_std;
@@ -661,6 +462,10 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
   s.eps_p = config.eps_p;
   s.lever = {config.lever[0], config.lever[1], config.lever[2]};
   s.tau = config.tau;
+  if (given(a.refine_until)) {
+    refine_start(drive, config, a, b.start);
+    b.report = a.report;
+  }
   return b;
 }
 

@@ -35,10 +35,11 @@ struct StandingStart {
   double sway_angle = 0;            // rms of the integrated, detrended rate, rad
 };
 // From t0 for at most `duration`; ends before the first three seconds in a row that are clearly not
-// at rest. A second is disturbed (a door, a passenger) where it scatters more than six times the
-// median second; such seconds count for the mean attitude but not for the noise.
+// at rest; without jolts_end only a turn ends it (`stop` says when it moves off). A second is
+// disturbed (a door, a passenger) where it scatters more than six times the median second; such
+// seconds count for the mean attitude but not for the noise.
 StandingStart standing_start(const Drive& drive, double t0, double duration, double stop,
-                             Diagnostics& diagnostics);
+                             Diagnostics& diagnostics, bool jolts_end = true);
 
 // A wrong unit or an IMU mounted across or backward, seen from how the odometer's speed changes
 // with the IMU's own acceleration over two seconds; told, and taken into the settings as a start

@@ -106,7 +106,8 @@ void require_start(const Drive& drive) {
   throw Error(ErrorKind::kInput,
               "inertial navigation starts from a known state: give [start] with state = { … }, or "
               "with lat_deg, lon_deg and attitude = { heading, pitch, roll }, or with lat_deg, "
-              "lon_deg and alignment = { kind = \"static\", duration = \"300 s\" }",
+              "lon_deg and alignment = { kind = \"static\", duration = \"300 s\" } (or swaying, "
+              "gyrocompass, fine, stored, in-motion)",
               "start");
 }
 
@@ -116,6 +117,7 @@ struct Begin {
   EcefState<double> state;
   double t = 0;
   AlignmentReport report;
+  Vec<Body> bg, ba;  // found by a fine alignment: taken off the samples
 };
 
 Begin begin_of(const Drive& drive, const InertialOptions& o, double interval, double first_t,
@@ -129,7 +131,7 @@ Begin begin_of(const Drive& drive, const InertialOptions& o, double interval, do
   const FilterStart start =
       filter_start(drive, f, config, read_measurements(drive, f, d), first_t, d);
   const NominalState& s = start.start.state;
-  return {{s.r, s.v, s.q}, s.t, start.report};
+  return {{s.r, s.v, s.q}, s.t, start.report, s.bg, s.ba};
 }
 
 }  // namespace
@@ -308,8 +310,9 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
       const ImuIncrement<double> last =
           held.empty() ? (has_before ? before : sample) : held.front();
       flush();
-      const Vec<Body> w = (last.dtheta * (1 / last.dt) + sample.dtheta * (1 / sample.dt)) * 0.5;
-      const Vec<Body> f = (last.dv * (1 / last.dt) + sample.dv * (1 / sample.dt)) * 0.5;
+      const Vec<Body> w =
+          (last.dtheta * (1 / last.dt) + sample.dtheta * (1 / sample.dt) - begin.bg) * 0.5;
+      const Vec<Body> f = (last.dv * (1 / last.dt) + sample.dv * (1 / sample.dt) - begin.ba) * 0.5;
       const long n = std::max(1L, static_cast<long>(std::ceil(hole / kBridgeStep)));
       if (hole > kLongGap) lasting |= kHealthUncovered;
       for (long i = 1; i <= n && !out.broken; ++i) {
@@ -328,7 +331,10 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
     }
     ++out.imu_samples;
     sample_end = sample.t;
-    take(sample);
+    ImuIncrement<double> corrected = sample;
+    corrected.dtheta = sample.dtheta - begin.bg * sample.dt;
+    corrected.dv = sample.dv - begin.ba * sample.dt;
+    take(corrected);
   }
   flush();
   out.end_t = t;
