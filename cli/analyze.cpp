@@ -260,9 +260,9 @@ void add_site_options(CLI::App* sub, const std::shared_ptr<Options>& o) {
 void add_analyze(CLI::App& app, Globals& globals) {
   auto* analyze = add_command(
       app, globals, "analyze",
-      "error propagation: exact responses at rest, roots, calibration drives",
+      "error propagation: exact responses at rest, roots, budgets, calibration drives",
       "loxo analyze static --lat 89.9deg --lon 45deg --gyro-bias 0.001deg/h", []() -> int {
-        throw Error(ErrorKind::kUsage, "analyze what? static, roots, odometer", "analyze");
+        throw Error(ErrorKind::kUsage, "analyze what? static, roots, budget, odometer", "analyze");
       });
   auto o = std::make_shared<Options>();
   auto* rest = add_subcommand(
@@ -285,6 +285,7 @@ void add_analyze(CLI::App& app, Globals& globals) {
                                "loxo analyze roots --lat 30deg --earth sphere",
                                [&globals, r]() -> int { return run_roots(globals, *r); });
   add_site_options(roots, r);
+  add_analyze_budget(*analyze, globals);
   add_analyze_odometer(*analyze, globals);
 }
 

@@ -94,6 +94,59 @@ TEST(AnalyzeOdometer, RefusesWhatMeansNothing) {
   }
 }
 
+TEST(AnalyzeBudget, OfAScenarioAndOfTheDriveSimulatedFromIt) {
+  const std::string errors = " --mode inertial --heading-std 1arcmin --deflection 5arcsec --json";
+  const auto o = run("analyze budget straight-road" + errors);
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const auto j = parse_json(o.out, "budget");
+  EXPECT_EQ(j["leading"], "gravity_deflection");
+  const auto t = j["t_s"].size();
+  double sum = 0, share = 0;
+  for (const auto& s : j["sources"]) {
+    ASSERT_EQ(s["horizontal_variance_m2"].size(), t);
+    sum += s["horizontal_variance_m2"].back().get<double>();
+    share += s["share"].get<double>();
+  }
+  EXPECT_NEAR(std::sqrt(sum), j["horizontal_end_m"].get<double>(), 1e-9);
+  EXPECT_NEAR(share, 1.0, 1e-12);
+  EXPECT_NEAR(j["total_m"].back().get<double>(), std::sqrt(sum), 1e-9);
+  // The recorded drive's own filter finds the same motion.
+  const std::string drive = scratch_folder() + "/budget_drive";
+  ASSERT_EQ(run("simulate straight-road -o " + drive).exit_code, 0);
+  const std::string csv = scratch_folder() + "/budget.csv";
+  const auto d = run("analyze budget " + drive + errors + " -o " + csv);
+  ASSERT_EQ(d.exit_code, 0) << d.err;
+  const auto k = parse_json(d.out, "budget");
+  EXPECT_NEAR(k["horizontal_end_m"].get<double>() / j["horizontal_end_m"].get<double>(), 1.0, 0.01);
+  auto c = columns(testing::slurp(csv));
+  EXPECT_EQ(c["source"].size(), c["t_s"].size());
+  EXPECT_EQ(c["source"][0], "total");
+}
+
+TEST(AnalyzeBudget, RefusesWhatMeansNothing) {
+  const struct {
+    const char* arguments;
+    int code;
+    const char* says;
+  } cases[] = {
+      {"straight-raod", 2, "straight-road"},
+      {"straight-road --gyro-noise=-1deg/sqrt(h)", 2, "never negative"},
+      {"straight-road --gyro-bias 1deg", 2, "--gyro-bias"},
+      {"straight-road --mode inertail", 2, "inertial"},
+      {"over-the-pole --headings true", 3, "pole"},
+      {"over-the-pole --alignment self --mode inertial", 3, "pole"},
+      {"straight-road --step 0s", 2, "--step"},
+  };
+  for (const auto& c : cases) {
+    std::string quoted = c.arguments;
+    if (const auto at = quoted.find("(h)"); at != std::string::npos)
+      quoted.replace(at, 3, "\\(h\\)");
+    const auto o = run("analyze budget " + quoted);
+    EXPECT_EQ(o.exit_code, c.code) << c.arguments << o.err;
+    EXPECT_NE(o.err.find(c.says), std::string::npos) << c.arguments << ": " << o.err;
+  }
+}
+
 TEST(Allan, CommandFindsTheCoefficientsOfASimulatedLog) {
   std::mt19937_64 generator(5);
   std::normal_distribution<double> normal;
