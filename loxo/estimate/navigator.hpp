@@ -168,7 +168,7 @@ class Navigator {
   double h0_ = 0, nhc_age_ = 0, vertical_age_ = 0, epoch_age_ = 0, last_dt_ = 0;
   bool have_tick_ = false;
   double tick_t_ = 0, tick_sum_ = 0, tick_noise_ = 0, tick_begin_ = 0, tick_begin_speed_ = 0,
-         tick_side_ = 0;
+         tick_begin_accel_ = 0, tick_side_ = 0;
   double odometer_used_t_ = -1e300, rejected_since_ = 1e300, inflated_t_ = -1e300,
          fix_rejected_since_ = 1e300;
   double stopped_t_ = 0;

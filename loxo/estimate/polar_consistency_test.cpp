@@ -144,15 +144,32 @@ Outcome run(const Truth& truth, Switch kind, int trials, unsigned seed) {
   const double s_psi = 0.2 * deg, s_v = 0.1, s_r = 100, s_bg = 0.1 * deg_per_h, s_ba = 100 * ug;
   const double ng = 0.01 * deg_per_sqrt_h, na = 0.01 * mps_per_sqrt_h;
   std::vector<double> sum(static_cast<std::size_t>(n / every + 1), 0.0);
+  // What a trial keeps from its first to its last epoch (start errors, biases) is drawn with the
+  // second moments of the whole sample made exactly P0's: else the mean over trials is off by the
+  // same luck at all epochs together, and the share inside the band is one draw (62 to 99 % over
+  // seeds) and not a mean.
+  Eigen::MatrixXd kept(trials, 15);
+  {
+    std::mt19937_64 rng(seed);
+    std::normal_distribution<double> g;
+    for (int i = 0; i < trials; ++i)
+      for (int j = 0; j < 15; ++j) kept(i, j) = g(rng);
+    const Eigen::MatrixXd second = kept.transpose() * kept / trials;
+    kept = second.llt().matrixL().solve(kept.transpose()).transpose().eval();
+  }
   for (int trial = 0; trial < trials; ++trial) {
     std::mt19937_64 rng(seed + 7919u * static_cast<unsigned>(trial));
     std::normal_distribution<double> g;
     auto three = [&](double s) { return Vec<Ecef>{s * g(rng), s * g(rng), s * g(rng)}; };
     NominalState s;
-    const Vec<Body> bg = relabel<Body>(three(s_bg)), ba = relabel<Body>(three(s_ba));
-    s.q = exp_rotation<Ecef, Ecef>(-three(s_psi)) * truth.q[0];
-    s.v = truth.v[0] + three(s_v);
-    s.r = truth.r[0] + three(s_r);
+    auto drawn = [&](int at, double size) {
+      return Vec<Ecef>{size * kept(trial, at), size * kept(trial, at + 1),
+                       size * kept(trial, at + 2)};
+    };
+    const Vec<Body> bg = relabel<Body>(drawn(9, s_bg)), ba = relabel<Body>(drawn(12, s_ba));
+    s.q = exp_rotation<Ecef, Ecef>(-drawn(0, s_psi)) * truth.q[0];
+    s.v = truth.v[0] + drawn(3, s_v);
+    s.r = truth.r[0] + drawn(6, s_r);
     Covariance<15> P;
     const double size[5] = {s_psi, s_v, s_r, s_bg, s_ba};
     for (int i = 0; i < 15; ++i) P.p[i][i] = size[i / 3] * size[i / 3];
@@ -245,11 +262,9 @@ Outcome run(const Truth& truth, Switch kind, int trials, unsigned seed) {
 
 TEST(PolarConsistency, CovarianceSurvivesTheSwitchAndWrongMatricesDoNot) {
   const bool all = std::getenv("LOXO_LONG") != nullptr;
-  const int trials = all ? 200 : 100;
-  // The seed is fixed: a trial's biases are common to all its epochs, so the share inside is one
-  // draw, not a mean (with 1000 trials the mean NEES is 15.0 at every epoch).
+  const int trials = all ? 200 : 60;
   const char* given = std::getenv("LOXO_TEST_SEED");
-  const unsigned seed = given ? static_cast<unsigned>(std::atoi(given)) : 20260101u;
+  const unsigned seed = given ? static_cast<unsigned>(std::atoi(given)) : std::random_device{}();
   std::printf("seed %u, %d trials\n", seed, trials);
   const Truth truth = make_truth();
   double nearest = 1e9;
@@ -263,7 +278,7 @@ TEST(PolarConsistency, CovarianceSurvivesTheSwitchAndWrongMatricesDoNot) {
   for (Switch kind : {Switch::kVelocityRotatedOnly, Switch::kPureRotation}) {
     const Outcome wrong = run(truth, kind, trials, seed);
     std::printf("wrong: %.1f %% inside, worst mean %.1f\n", 100 * wrong.inside, wrong.worst);
-    EXPECT_LT(wrong.inside, 0.75);
+    EXPECT_LT(wrong.inside, 0.93);  // the same gate
     EXPECT_GT(wrong.worst, 25.0);
   }
 }

@@ -21,10 +21,10 @@ void StandstillDetector::sample(double dt, const Vec<Body>& w, const Vec<Body>& 
   ff_ += dot(g, g);
 }
 
-void StandstillDetector::wheel(double t, double speed, double interval) {
+void StandstillDetector::wheel(double t, bool moved, double interval) {
   wheel_t_ = t;
   wheel_interval_ = interval;
-  if (fabs(speed) > config_.wheel_quiet) wheel_moved_t_ = t;
+  if (moved) wheel_moved_t_ = t;
 }
 
 StandstillVerdict StandstillDetector::judge(double now, double filter_speed, double filter_limit) {

@@ -33,8 +33,9 @@ class StandstillDetector {
   // One sample: measured rate and specific force, w_rest = what a body at rest would show (bias +
   // Earth rate).
   void sample(double dt, const Vec<Body>& w, const Vec<Body>& f, const Vec<Body>& w_rest);
-  // The wheel's last word before now: its speed (distance over interval) and its age.
-  void wheel(double t, double speed, double interval);
+  // The wheel's last word before now: whether it has turned (a counter that changed, a speed above
+  // wheel_quiet), and how often it speaks, s.
+  void wheel(double t, bool moved, double interval);
   // At most once per window; filter_speed, filter_limit: witness 3.
   StandstillVerdict judge(double now, double filter_speed, double filter_limit);
   const StandstillConfig& config() const { return config_; }

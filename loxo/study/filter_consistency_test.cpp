@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Is the joint filter's covariance true? Runs on non-linear truth with every error source of the
+// filter's model drawn; mean NEES inside its band (estimation.md section 7).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "loxo/estimate/navigator.hpp"
+#include "loxo/num/units.hpp"
+#include "loxo/study/consistency.hpp"
+#include "loxo/study/simulated_vehicle.hpp"
+
+namespace loxo {
+namespace {
+
+VehicleErrors tactical() {
+  VehicleErrors e;
+  e.gyro_bias = 1 * deg_per_h, e.gyro_noise = 0.05 * deg_per_sqrt_h;
+  e.accel_bias = 300 * ug, e.accel_noise = 0.02 * mps_per_sqrt_h;
+  e.gyro_bias_walk = 0.3 * e.gyro_bias * std::sqrt(2.0 / 3600);
+  e.accel_bias_walk = 0.3 * e.accel_bias * std::sqrt(2.0 / 3600);
+  e.scale_std = 0.03, e.eps_h_std = e.eps_p_std = 2 * deg, e.scale_walk = 3e-5;
+  e.scale_noise = 1e-3, e.distance_noise = 0.01, e.quantisation = 0.001;
+  e.lever_std = 0.3, e.tau_std = 0.1;
+  e.side = 0.02, e.up = 0.03, e.side_turn = 0.02;
+  e.level_std = 0.003 * deg, e.heading_std = 0.5 * deg;
+  e.position_std = 1, e.velocity_std = 0.02;
+  return e;
+}
+// What such a vehicle's own description would say. The simulated one stands exactly still and its
+// wheel does not leave its way: the sigmas that a real one needs for that (zero velocity, the
+// constraint's constant part) would only make the band too wide, and are not used.
+NavigatorConfig config_of(const VehicleErrors& e, double dt) {
+  NavigatorConfig c;
+  c.ellipsoid = wgs84();
+  c.imu_interval = dt;
+  c.gyro_noise = e.gyro_noise, c.gyro_bias = e.gyro_bias;
+  c.accel_noise = e.accel_noise, c.accel_bias = e.accel_bias;
+  c.scale_std = e.scale_std, c.scale_walk = e.scale_walk;
+  c.quantisation = e.quantisation, c.scale_noise = e.scale_noise;
+  c.nhc_side = e.side, c.nhc_up = e.up, c.nhc_turn = e.side_turn, c.nhc_std = 1e-4;
+  c.distance_std = e.distance_noise, c.stamp_jitter = 0;
+  c.use_zupt = false;
+  c.tau_std = e.tau_std;
+  c.standstill.sigma_w = 3 * e.gyro_noise / std::sqrt(dt);
+  c.standstill.sigma_f = 3 * e.accel_noise / std::sqrt(dt);
+  return c;
+}
+
+struct Means {
+  std::vector<double> t;
+  std::vector<Nees> mean;                         // over runs, at each epoch
+  double k2 = 0, eps2 = 0, tau2 = 0, lever2 = 0;  // constants at the end, mean square in sigmas
+};
+Means run(const RouteTruth& route, const VehicleErrors& e, int runs, std::uint64_t seed) {
+  Means out;
+  const auto every = static_cast<std::size_t>(std::lround(5.0 / route.dt));
+  for (int r = 0; r < runs; ++r) {
+    SimulatedVehicle vehicle(route, e, seed, static_cast<std::uint64_t>(r));
+    Navigator nav(config_of(e, route.dt));
+    nav.start({vehicle.start(), vehicle.start_covariance()});
+    std::size_t sample = 0, n = 0;
+    while (vehicle.next()) {
+      if (vehicle.tick()) nav.odometer(*vehicle.tick());
+      if (vehicle.fix()) nav.fix(*vehicle.fix());
+      nav.imu(vehicle.imu());
+      if (++sample % every != 0) continue;
+      const Nees x = nees_of(nav.state(), nav.covariance(), vehicle.truth());
+      if (n == out.mean.size()) out.mean.emplace_back(), out.t.push_back(vehicle.t());
+      Nees& y = out.mean[n++];
+      y.attitude += x.attitude / runs, y.velocity += x.velocity / runs;
+      y.position += x.position / runs, y.nine += x.nine / runs, y.fifteen += x.fifteen / runs;
+    }
+    const NominalState truth = vehicle.truth(), &s = nav.state();
+    auto square = [&](double error, int i) {
+      return error * error / nav.covariance().p[i][i] / runs;
+    };
+    out.k2 += square(s.scale - truth.scale, kScale);
+    out.eps2 += square(s.eps_h - truth.eps_h, kEpsH);
+    if (e.tau_std > 0) out.tau2 += square(s.tau - truth.tau, kTau);
+    if (e.lever_std > 0) out.lever2 += square(s.lever.y - truth.lever.y, kLever + 1);
+  }
+  return out;
+}
+
+// Share of epochs whose mean lies inside the 95 % band.
+double inside(const Means& m, double Nees::*what, double dof, int runs) {
+  const Band band = chi_square_band(dof, runs);
+  int n = 0;
+  for (const Nees& x : m.mean) n += x.*what > band.low && x.*what < band.high;
+  return n / static_cast<double>(m.mean.size());
+}
+double overall(const Means& m, double Nees::*what) {
+  double sum = 0;
+  for (const Nees& x : m.mean) sum += x.*what / static_cast<double>(m.mean.size());
+  return sum;
+}
+
+// The defaults of the program, its robust weights too. [EST-3] to [EST-12], [EST-14]
+TEST(FilterConsistency, NeesIsInItsBandOnEveryRoute) {
+  const bool all = std::getenv("LOXO_LONG") != nullptr;
+  const char* given = std::getenv("LOXO_TEST_SEED");
+  const std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 1;
+  const int runs = all ? 200 : 20;
+  const double length = all ? 660 : 120;
+  std::printf("seed %llu, %d runs a route, %.0f s\n", static_cast<unsigned long long>(seed), runs,
+              length);
+  for (const bool fixes : {false, true}) {
+    VehicleErrors e = tactical();
+    if (fixes) e.fix_every = 30;
+    for (const char* name : {"straight", "mixed", "closed"}) {
+      const std::string route = name;
+      if (fixes && route != "mixed") continue;
+      if (!all && route == "closed") continue;  // its first turn comes later
+      const Means m = run(route_truth(acceptance_route(name, length), 50), e, runs, seed);
+      struct Block {
+        const char* name;
+        double Nees::*what;
+        double dof;
+      };
+      std::printf("%-8s%s", name, fixes ? " with fixes" : "");
+      for (const Block& b :
+           {Block{"attitude", &Nees::attitude, 3}, Block{"velocity", &Nees::velocity, 3},
+            Block{"position", &Nees::position, 3}, Block{"nine", &Nees::nine, 9},
+            Block{"fifteen", &Nees::fifteen, 15}}) {
+        const double mean = overall(m, b.what), share = inside(m, b.what, b.dof, runs);
+        std::printf("  %s %.2f (%.0f %%)", b.name, mean, 100 * share);
+        // A run's constants are common to its epochs: the mean over all of them scatters at most as
+        // one epoch's does. A band that a true covariance leaves once in 10^6 draws.
+        const Band band = chi_square_band(b.dof, runs, 1 - 1e-6);
+        EXPECT_GT(mean, band.low) << name << ' ' << b.name;
+        EXPECT_LT(mean, band.high) << name << ' ' << b.name;
+        if (all && b.dof > 3) {
+          EXPECT_GE(share, 0.93) << name << ' ' << b.name;
+        }
+      }
+      std::printf("  k %.2f eps %.2f tau %.2f lever %.2f\n", m.k2, m.eps2, m.tau2, m.lever2);
+      const Band one = chi_square_band(1, runs, 1 - 1e-6);
+      for (double x : {m.k2, m.eps2, m.tau2, m.lever2}) {
+        EXPECT_GT(x, one.low) << name;
+        EXPECT_LT(x, one.high) << name;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace loxo
