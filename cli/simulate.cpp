@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // `loxo simulate SCENARIO -o DRIVE`: a drive or voyage with truth, from a scenario.
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <memory>
 
 #include "cli/command.hpp"
+#include "loxo/log/drive_folder.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/study/scenario.hpp"
 
@@ -32,24 +31,10 @@ int simulate(const Globals& globals, const std::string& scenario, bool seeded) {
   if (seeded) s.seed = globals.seed;
   if (globals.output.empty())
     throw Error(ErrorKind::kUsage, "expected -o DRIVE, the folder of the drive");
-  namespace fs = std::filesystem;
-  if (fs::exists(globals.output))
-    throw Error(ErrorKind::kUsage, "'" + globals.output + "' is there already", "-o");
-  // The folder appears whole or not at all.
-  const std::string aside = globals.output + ".unfinished-" + std::to_string(::getpid());
-  std::error_code failed;
-  fs::create_directory(aside, failed);
-  if (failed)
-    throw Error(ErrorKind::kWork, "cannot make the folder: " + failed.message(), globals.output);
-  SimulatedDrive made;
-  try {
-    Progress progress(globals, "simulate", s.trajectory.duration());
-    made = write_scenario(s, aside, [&](double t) { progress.at(t); });
-    fs::rename(aside, globals.output);
-  } catch (...) {
-    fs::remove_all(aside, failed);
-    throw;
-  }
+  DriveFolder folder(globals.output);
+  Progress progress(globals, "simulate", s.trajectory.duration());
+  const SimulatedDrive made = write_scenario(s, folder.path(), [&](double t) { progress.at(t); });
+  folder.commit();
   say(globals,
       fmt::format("{}: {}, {:.6g} s, {:.6g} m, {} IMU samples, {} fixes, {} benchmarks, seed {}",
                   globals.output, s.name, made.duration, made.distance, made.samples, made.fixes,

@@ -5,6 +5,7 @@
 
 #include "cli/command.hpp"
 #include "loxo/earth/ellipsoid.hpp"
+#include "loxo/log/drive.hpp"
 #include "loxo/sim/transfer_budget.hpp"
 
 namespace loxo::cli {
@@ -28,6 +29,8 @@ struct TransferOptions {
 int transfer_rates(const Globals& globals, const TransferOptions& options);  // transfer_rates.cpp
 int transfer_drive(const Globals& globals, const TransferOptions& options);  // transfer_drive.cpp
 int transfer_plan(const Globals& globals, const TransferOptions& options);   // transfer_plan.cpp
-ReferenceSigma reference_sigma(const TransferOptions& options);              // transfer_plan.cpp
+// The move that --angle, --meridian, --earth and --keep ask for. Throws Error(kUsage).
+PolarMove polar_move(const Drive& drive, const TransferOptions& options);  // transfer_drive.cpp
+ReferenceSigma reference_sigma(const TransferOptions& options);            // transfer_plan.cpp
 
 }  // namespace loxo::cli

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "loxo/earth/ellipsoid.hpp"
 #include "loxo/ins/samples.hpp"
 
 namespace loxo {
@@ -37,6 +38,11 @@ struct SolutionRow {
   FrameId frame = FrameId::kGeographic;
   std::uint32_t health = 0;
 };
+
+// The row of a state in ECEF [m, m/s]: latitude, longitude, level velocity and Euler angles agree
+// with each other, also at a pole. No std, geographic, healthy.
+SolutionRow solution_row(const Ellipsoid& earth, double t, const Point<Ecef>& r, const Vec<Ecef>& v,
+                         const Quat<Ecef, Body>& q);
 
 struct Solution {
   std::map<std::string, std::string> meta;  // mode, ellipsoid, program version, input hash …

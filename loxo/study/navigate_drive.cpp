@@ -181,17 +181,7 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
   std::uint32_t pending = 0, lasting = 0;  // bits of the next row; bits of all rows from here
 
   auto emit = [&](double at, const EcefState<double>& e) {
-    const Geodetic<double> g = to_geodetic(drive.ellipsoid, e.r);
-    const Rot<Geographic, Ecef> c = geographic_axes(g.lat, g.lon);
-    const Vec<Geographic> v = c * e.v;
-    const Euler<double> a = to_euler(c * to_matrix(e.q_eb));
-    SolutionRow r;
-    r.t = at;
-    r.lat = g.lat, r.lon = g.lon, r.h = g.h;
-    r.ve = v.x, r.vn = v.y, r.vu = v.z;
-    r.roll = a.roll, r.pitch = a.pitch, r.heading = a.heading;
-    r.qw = e.q_eb.w, r.qx = e.q_eb.x, r.qy = e.q_eb.y, r.qz = e.q_eb.z;
-    r.x = e.r.x, r.y = e.r.y, r.z = e.r.z;
+    SolutionRow r = solution_row(drive.ellipsoid, at, e.r, e.v, e.q_eb);
     r.frame = frame;
     r.health = pending | lasting;
     pending = 0;

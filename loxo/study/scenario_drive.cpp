@@ -6,81 +6,19 @@
 #include <cmath>
 
 #include "loxo/earth/attitude.hpp"
+#include "loxo/log/drive_folder.hpp"
 #include "loxo/log/solution_file.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/random.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/study/scenario.hpp"
-#include "loxo/text/csv.hpp"
 
 namespace loxo {
 namespace {
 
-class Csv {
- public:
-  Csv(const std::string& path, const std::string& header) : out_(path), text_(header + "\n") {}
-  void row(std::initializer_list<double> values) {
-    bool first = true;
-    for (const double x : values) {
-      if (!first) text_ += ',';
-      append_number(text_, x);
-      first = false;
-    }
-    text_ += '\n';
-    if (text_.size() > (1u << 16)) flush();
-  }
-  void commit() {
-    flush();
-    out_.commit();
-  }
-
- private:
-  void flush() {
-    out_.write(text_);
-    text_.clear();
-  }
-  OutputFile out_;
-  std::string text_;
-};
-
-std::string num(double x) {
-  std::string s;
-  append_number(s, x);
-  return s;
-}
-
 // Streams of random numbers, one per source, so that one sensor's settings do not change another's
 // noise.
 enum : std::uint64_t { kConstants, kImu, kOdometer, kAttitude, kFix, kHeight, kBenchmark };
-
-SolutionRow row_of(const Ellipsoid& earth, const Truth& truth) {
-  SolutionRow r;
-  r.t = truth.t;
-  const auto g = to_geodetic(earth, truth.state.r);
-  const auto axes = geographic_axes(g.lat, g.lon);
-  const auto v = axes * truth.state.v;
-  const auto a = to_euler(axes * to_matrix(truth.state.q_eb));
-  r.lat = g.lat, r.lon = g.lon, r.h = g.h;
-  r.ve = v.x, r.vn = v.y, r.vu = v.z;
-  r.heading = a.heading, r.pitch = a.pitch, r.roll = a.roll;
-  const auto& q = truth.state.q_eb;
-  r.qw = q.w, r.qx = q.x, r.qy = q.y, r.qz = q.z;
-  r.x = truth.state.r.x, r.y = truth.state.r.y, r.z = truth.state.r.z;
-  return r;
-}
-
-// "errors = { … }" of what is not zero.
-class Errors {
- public:
-  void add(const char* key, double x, const char* unit) {
-    if (x > 0)
-      text_ += fmt::format("{}{} = \"{} {}\"", text_.empty() ? "" : ", ", key, num(x), unit);
-  }
-  std::string line() const { return text_.empty() ? "" : "errors = { " + text_ + " }\n"; }
-
- private:
-  std::string text_;
-};
 
 // Nearer to a pole than this a drive of constant true course is refused: it would turn once round
 // in a second or so.
@@ -106,32 +44,29 @@ std::string start_section(const Scenario& s, const Truth& truth) {
       "\n[start]\nstate = {{ t_s = 0, x_m = {}, y_m = {}, z_m = {}, vx_mps = {}, vy_mps = {}, "
       "vz_mps = {}, qw = {}, qx = {}, "
       "qy = {}, qz = {} }}\n",
-      num(x.r.x), num(x.r.y), num(x.r.z), num(x.v.x), num(x.v.y), num(x.v.z), num(x.q_eb.w),
-      num(x.q_eb.x), num(x.q_eb.y), num(x.q_eb.z));
+      number_text(x.r.x), number_text(x.r.y), number_text(x.r.z), number_text(x.v.x),
+      number_text(x.v.y), number_text(x.v.z), number_text(x.q_eb.w), number_text(x.q_eb.x),
+      number_text(x.q_eb.y), number_text(x.q_eb.z));
 }
 
 std::string sections(const Scenario& s) {
-  std::string toml =
-      "\n[imu]\nfile = \"imu.csv\"\nkind = \"increment\"\naxes = \"RFU\"\ncolumns = { time = "
-      "\"t_s\", gyro = [\"dthx_rad\", "
-      "\"dthy_rad\", \"dthz_rad\"], accel = [\"dvx_mps\", \"dvy_mps\", \"dvz_mps\"] }\n";
-  Errors imu;
+  ErrorsLine imu;
   imu.add("gyro_bias", s.imu.gyro_bias, "rad/s");
   imu.add("gyro_noise", s.imu.gyro_noise, "rad/sqrt(s)");
   imu.add("accel_bias", s.imu.accel_bias, "m/s^2");
   imu.add("accel_noise", s.imu.accel_noise, "m/s/sqrt(s)");
   imu.add("gyro_scale", s.imu.gyro_scale, "");
   imu.add("accel_scale", s.imu.accel_scale, "");
-  toml += imu.line();
+  std::string toml = imu_increment_section(imu);
   if (s.odometer.present) {
     toml += s.odometer.pulses ? fmt::format(
                                     "\n[odometer]\nfile = \"odometer.csv\"\nkind = "
                                     "\"pulses\"\ncolumns = {{ time = \"t_s\", value = "
                                     "\"pulses\" }}\nscale = \"{} m/pulse\"\n",
-                                    num(s.odometer.metres_per_pulse))
+                                    number_text(s.odometer.metres_per_pulse))
                               : "\n[odometer]\nfile = \"odometer.csv\"\nkind = "
                                 "\"distance\"\ncolumns = { time = \"t_s\", value = \"ds_m\" }\n";
-    Errors e;
+    ErrorsLine e;
     e.add("scale_noise", s.odometer.scale_noise, "");
     e.add("quantisation", s.odometer.pulses ? s.odometer.metres_per_pulse : s.odometer.quantisation,
           "m");
@@ -142,7 +77,7 @@ std::string sections(const Scenario& s) {
         "\n[attitude]\nfile = \"attitude.csv\"\ncolumns = { time = \"t_s\", heading = "
         "\"heading_deg\", pitch = \"pitch_deg\", "
         "roll = \"roll_deg\" }\n";
-    Errors e;
+    ErrorsLine e;
     e.add("heading_bias", s.attitude.heading_bias, "rad");
     e.add("heading_drift", s.attitude.heading_drift, "rad/s");
     e.add("heading_noise", s.attitude.heading_noise, "rad/sqrt(s)");
@@ -153,24 +88,18 @@ std::string sections(const Scenario& s) {
         "\n[fix]\nfile = \"fix.csv\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", lon = "
         "\"lon_deg\", height = \"h_m\", ve = "
         "\"ve_mps\", vn = \"vn_mps\", vu = \"vu_mps\" }\n";
-    Errors e;
+    ErrorsLine e;
     e.add("position", s.fix.position, "m");
     e.add("velocity", s.fix.velocity, "m/s");
     toml += e.line();
   }
   if (s.height.present) {
     toml += "\n[height]\nfile = \"height.csv\"\ncolumns = { time = \"t_s\", height = \"h_m\" }\n";
-    Errors e;
+    ErrorsLine e;
     e.add("height", s.height.height, "m");
     toml += e.line();
   }
-  toml +=
-      "\n[reference]\nfile = \"reference.csv\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", lon "
-      "= \"lon_deg\", height = "
-      "\"h_m\", x = \"x_m\", y = \"y_m\", z = \"z_m\", ve = \"ve_mps\", vn = \"vn_mps\", vu = "
-      "\"vu_mps\", roll = "
-      "\"roll_deg\", pitch = \"pitch_deg\", heading = \"heading_deg\", qw = \"qw\", qx = \"qx\", "
-      "qy = \"qy\", qz = \"qz\" }\n";
+  toml += reference_section();
   return toml;
 }
 
@@ -201,9 +130,9 @@ SimulatedDrive write_scenario(const Scenario& s, const std::string& folder,
   const double heading_bias = s.attitude.heading_bias * constants[12],
                heading_drift = s.attitude.heading_drift * constants[13];
 
-  Csv imu(file("imu.csv"), "t_s,dthx_rad,dthy_rad,dthz_rad,dvx_mps,dvy_mps,dvz_mps");
+  ChannelWriter imu(file("imu.csv"), kImuIncrementHeader);
   SolutionWriter reference(file("reference.csv"), {{"mode", "truth"}, {"ellipsoid", earth.name}});
-  std::vector<Csv> odometer, attitude, fix, height;
+  std::vector<ChannelWriter> odometer, attitude, fix, height;
   if (s.odometer.present)
     odometer.emplace_back(file("odometer.csv"), s.odometer.pulses ? "t_s,pulses" : "t_s,ds_m");
   if (s.attitude.present)
@@ -245,18 +174,19 @@ SimulatedDrive write_scenario(const Scenario& s, const std::string& folder,
                         i % height_every == 0 || i % reference_every == 0 || surveyed || i == n;
     if (!speaks) continue;
     const Truth truth = walk.truth();
-    const SolutionRow row = row_of(earth, truth);
+    const SolutionRow row =
+        solution_row(earth, truth.t, truth.state.r, truth.state.v, truth.state.q_eb);
     if (!(std::fabs(truth.h) < 1e5) || !std::isfinite(truth.state.v.x))
-      throw Error(
-          ErrorKind::kInput,
-          fmt::format("the trajectory is lost at {} s: expected a vehicle near the ground", num(t)),
-          s.name);
+      throw Error(ErrorKind::kInput,
+                  fmt::format("the trajectory is lost at {} s: expected a vehicle near the ground",
+                              number_text(t)),
+                  s.name);
     if (walk.true_course() && std::hypot(truth.state.r.x, truth.state.r.y) < kPoleCap)
       throw Error(ErrorKind::kInput,
                   fmt::format("the leg keeps a true course, which a pole does not have, and passes "
                               "one within {} m at {} s; "
                               "expected path = \"straight\"",
-                              num(kPoleCap), num(t)),
+                              number_text(kPoleCap), number_text(t)),
                   s.name);
     if (i % reference_every == 0 || i == n) reference.write(row);
     if (s.odometer.present && i > 0 && i % odometer_every == 0) {
@@ -303,10 +233,8 @@ SimulatedDrive write_scenario(const Scenario& s, const std::string& folder,
       const auto g = to_geodetic(
           earth, truth.state.r +
                      axes * Vec<Geographic>{point.std * w[0], point.std * w[1], point.std * w[2]});
-      benchmarks += fmt::format(
-          "\n[[benchmark]]\nname = \"{}\"\nt_s = {}\nlat_deg = {}\nlon_deg = {}\nh_m = {}\nstd = "
-          "\"{} m\"\n",
-          point.name, num(t), num(g.lat / deg), num(g.lon / deg), num(g.h), num(point.std));
+      benchmarks += benchmark_section(
+          {point.name, {.t = t, .lat = g.lat, .lon = g.lon, .h = g.h, .std = point.std}});
       ++made.benchmarks;
     }
     if (progress) progress(t);
@@ -316,7 +244,7 @@ SimulatedDrive write_scenario(const Scenario& s, const std::string& folder,
   imu.commit();
   reference.commit();
   for (auto* files : {&odometer, &attitude, &fix, &height})
-    for (Csv& csv : *files) csv.commit();
+    for (ChannelWriter& csv : *files) csv.commit();
   OutputFile toml(file("drive.toml"));
   toml.write(fmt::format("# Simulated; seed {}.\nformat = 1\nname = \"{}\"\nellipsoid = \"{}\"\n",
                          s.seed, s.name, s.ellipsoid_text) +

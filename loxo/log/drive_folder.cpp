@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loxo/log/drive_folder.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "loxo/num/error.hpp"
+#include "loxo/num/units.hpp"
+
+namespace loxo {
+
+DriveFolder::DriveFolder(std::string path)
+    : path_(std::move(path)), aside_(path_ + ".unfinished-" + std::to_string(::getpid())) {
+  if (std::filesystem::exists(path_))
+    throw Error(ErrorKind::kUsage, "'" + path_ + "' is there already", "-o");
+  std::error_code failed;
+  std::filesystem::create_directory(aside_, failed);
+  if (failed) throw Error(ErrorKind::kWork, "cannot make the folder: " + failed.message(), path_);
+}
+DriveFolder::~DriveFolder() {
+  std::error_code ignored;
+  if (!done_) std::filesystem::remove_all(aside_, ignored);
+}
+void DriveFolder::commit() {
+  std::error_code failed;
+  std::filesystem::rename(aside_, path_, failed);
+  if (failed) throw Error(ErrorKind::kWork, "cannot name the folder: " + failed.message(), path_);
+  done_ = true;
+}
+
+ChannelWriter::ChannelWriter(const std::string& path, const std::string& header)
+    : out_(path), text_(header + "\n") {}
+void ChannelWriter::row(std::initializer_list<double> values) {
+  bool first = true;
+  for (const double x : values) {
+    if (!first) text_ += ',';
+    append_number(text_, x);
+    first = false;
+  }
+  text_ += '\n';
+  if (text_.size() > (1u << 16)) flush();
+}
+void ChannelWriter::flush() {
+  out_.write(text_);
+  text_.clear();
+}
+void ChannelWriter::commit() {
+  flush();
+  out_.commit();
+}
+
+std::string number_text(double x) {
+  std::string s;
+  append_number(s, x);
+  return s;
+}
+
+void ErrorsLine::add(const char* key, double x, const char* unit) {
+  if (std::isfinite(x) && x > 0)
+    text_ += fmt::format("{}{} = \"{} {}\"", text_.empty() ? "" : ", ", key, number_text(x), unit);
+}
+std::string ErrorsLine::line() const { return text_.empty() ? "" : "errors = { " + text_ + " }\n"; }
+
+const char* const kImuIncrementHeader = "t_s,dthx_rad,dthy_rad,dthz_rad,dvx_mps,dvy_mps,dvz_mps";
+
+std::string imu_increment_section(const ErrorsLine& errors) {
+  return "\n[imu]\nfile = \"imu.csv\"\nkind = \"increment\"\naxes = \"RFU\"\ncolumns = { time = "
+         "\"t_s\", gyro = [\"dthx_rad\", \"dthy_rad\", \"dthz_rad\"], accel = [\"dvx_mps\", "
+         "\"dvy_mps\", \"dvz_mps\"] }\n" +
+         errors.line();
+}
+std::string reference_section() {
+  return "\n[reference]\nfile = \"reference.csv\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", "
+         "lon = \"lon_deg\", height = \"h_m\", x = \"x_m\", y = \"y_m\", z = \"z_m\", ve = "
+         "\"ve_mps\", vn = \"vn_mps\", vu = \"vu_mps\", roll = \"roll_deg\", pitch = "
+         "\"pitch_deg\", heading = \"heading_deg\", qw = \"qw\", qx = \"qx\", qy = \"qy\", qz = "
+         "\"qz\" }\n";
+}
+std::string benchmark_section(const NamedBenchmark& b) {
+  return fmt::format(
+      "\n[[benchmark]]\nname = \"{}\"\nt_s = {}\nlat_deg = {}\nlon_deg = {}\nh_m = {}\nstd = "
+      "\"{} m\"\n",
+      b.name, number_text(b.point.t), number_text(b.point.lat / deg),
+      number_text(b.point.lon / deg), number_text(b.point.h), number_text(b.point.std));
+}
+
+}  // namespace loxo

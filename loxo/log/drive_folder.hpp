@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// A drive being written: the folder that appears whole or not at all, its channels as CSV, and the
+// sections of drive.toml that describe them.
+#pragma once
+#include <initializer_list>
+#include <string>
+
+#include "loxo/log/drive.hpp"
+#include "loxo/text/csv.hpp"
+
+namespace loxo {
+
+// Written aside, renamed by commit(). Throws Error(kUsage) where `path` is there already,
+// Error(kWork) where its parent is missing or cannot be written.
+class DriveFolder {
+ public:
+  explicit DriveFolder(std::string path);
+  ~DriveFolder();  // removes the unfinished folder if commit() was not called
+  DriveFolder(const DriveFolder&) = delete;
+  DriveFolder& operator=(const DriveFolder&) = delete;
+  const std::string& path() const { return aside_; }
+  std::string file(const std::string& name) const { return aside_ + "/" + name; }
+  void commit();
+
+ private:
+  std::string path_, aside_;
+  bool done_ = false;
+};
+
+// A channel's file: rows of numbers that read back to the same double.
+class ChannelWriter {
+ public:
+  ChannelWriter(const std::string& path, const std::string& header);
+  void row(std::initializer_list<double> values);
+  void commit();
+
+ private:
+  void flush();
+  OutputFile out_;
+  std::string text_;
+};
+
+// The shortest text that reads back to the same double.
+std::string number_text(double x);
+
+// "errors = { … }" of what is declared: a value that is not given or zero is left out.
+class ErrorsLine {
+ public:
+  void add(const char* key, double x, const char* unit);
+  std::string line() const;  // with its line end; empty where nothing was added
+
+ private:
+  std::string text_;
+};
+
+// [imu] of increments in imu.csv and [reference] of reference.csv in the solution's columns; the
+// header of imu.csv.
+extern const char* const kImuIncrementHeader;
+std::string imu_increment_section(const ErrorsLine& errors);
+std::string reference_section();
+std::string benchmark_section(const NamedBenchmark& benchmark);
+
+}  // namespace loxo
