@@ -45,6 +45,17 @@ void add_transfer(CLI::App& app, Globals& globals) {
     op->add_option("--accel-bias", o->accel_bias, "1 sigma of the unit's accelerometer bias");
     op->add_option("--share", o->share, "of the unit's own errors that the conversion may add");
   };
+  CLI::App* budget = add_subcommand(
+      *transfer, globals, "budget",
+      "what the reference's errors put into the converted data of this drive, beside its unit's "
+      "own",
+      "loxo transfer budget DRIVE --angle 58.96deg --meridian 122.9deg --heading-error 3arcmin",
+      [o, &globals] { return transfer_budget(globals, *o); });
+  budget->add_option("DRIVE", o->drive, "the recorded drive: its [reference] and [imu] errors");
+  budget->add_option("--angle", o->angle, "of the transfer, with its unit");
+  budget->add_option("--meridian", o->meridian, "reference meridian, with its unit");
+  budget->add_option("--draws", o->draws, "of the Monte Carlo beside the formula");
+  reference_and_unit(budget);
   CLI::App* plan = add_subcommand(
       *transfer, globals, "plan",
       "from which latitude, with which reference, is the conversion error small beside the unit's "

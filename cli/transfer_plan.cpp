@@ -20,12 +20,6 @@ std::string or_any(double x, double unit, const char* format) {
 
 }  // namespace
 
-ReferenceSigma reference_sigma(const TransferOptions& o) {
-  return {option_quantity(o.heading_error, Dimension::kAngle, "--heading-error"),
-          option_quantity(o.level_error, Dimension::kAngle, "--level-error"),
-          option_quantity(o.velocity_error, Dimension::kSpeed, "--velocity-error")};
-}
-
 int transfer_plan(const Globals& globals, const TransferOptions& o) {
   const ReferenceSigma sigma = reference_sigma(o);
   const UnitSigma unit{option_quantity(o.gyro_bias.empty() ? "0.01deg/h" : o.gyro_bias,

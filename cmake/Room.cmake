@@ -38,9 +38,22 @@ function(loxo_room name)
 
   if(LOXO_TESTS AND tests)
     add_executable(${name}_tests ${tests})
+    loxo_test_places(${name}_tests "" "")
     target_link_libraries(${name}_tests PRIVATE loxo_${name} door::geographiclib GTest::gtest_main)
     target_include_directories(${name}_tests PRIVATE ${PROJECT_SOURCE_DIR}/tests)
-    target_compile_definitions(${name}_tests PRIVATE LOXO_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     gtest_discover_tests(${name}_tests TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST)
   endif()
+endfunction()
+
+# tests/places.cpp for one test program: the only file whose compile command names this checkout.
+function(loxo_test_places target program embed)
+  set(places ${CMAKE_CURRENT_BINARY_DIR}/${target}_places.cpp)
+  file(CONFIGURE OUTPUT ${places} CONTENT
+"#define LOXO_PLACE_SOURCE \"${PROJECT_SOURCE_DIR}\"
+#define LOXO_PLACE_PROGRAM \"${program}\"
+#define LOXO_PLACE_EMBED \"${embed}\"
+#include \"places.cpp\"
+" @ONLY)
+  target_sources(${target} PRIVATE ${places})
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
 endfunction()

@@ -211,7 +211,7 @@ TEST(InertialProgram, RecordedSwayingVehicleIsAligned) {
   if (!fs::is_regular_file(data + "/static_lasergyro_a/imu.csv.gz"))
     GTEST_SKIP() << "static_lasergyro_a is not there";
   const std::string toml =
-      slurp(std::string(LOXO_SOURCE_DIR) + "/examples/drives/static_lasergyro_a/drive.toml");
+      slurp(std::string(source_folder()) + "/examples/drives/static_lasergyro_a/drive.toml");
   const fs::path file = fs::path(loxo::testing::scratch_folder()) / "lasergyro.toml";
   double latitude = 0;
   auto heading = [&](int from, int duration) {

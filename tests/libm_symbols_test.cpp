@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "places.hpp"
+
 namespace {
 
 // Not here: what is exact by definition (fmod, remainder, lround, ldexp …), the same on every
@@ -58,7 +60,7 @@ std::vector<Use> undefined_symbols(const std::string& archive) {
 }
 
 TEST(Symbols, KernelRoomsCallNothingOfLibm) {
-  const auto build = std::filesystem::path(LOXO_PROGRAM).parent_path();
+  const auto build = std::filesystem::path(program()).parent_path();
   std::size_t seen = 0;
   for (const char* room : {"num", "earth", "ins", "errors", "sim", "study"}) {
     const auto archive = build / (std::string("libloxo_") + room + ".a");

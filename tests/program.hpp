@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "places.hpp"
+
 namespace loxo::testing {
 
 struct Outcome {
@@ -48,8 +50,8 @@ inline std::string slurp(const std::string& path) {
 inline Outcome run(const std::string& arguments, const std::string& input = {}) {
   const std::string base = scratch_folder() + "/run";
   std::ofstream(base + ".in", std::ios::binary) << input;
-  const int status = std::system((std::string(LOXO_PROGRAM) + " " + arguments + " <" + base +
-                                  ".in >" + base + ".out 2>" + base + ".err")
+  const int status = std::system((std::string(program()) + " " + arguments + " <" + base + ".in >" +
+                                  base + ".out 2>" + base + ".err")
                                      .c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, slurp(base + ".out"),
           slurp(base + ".err")};

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "places.hpp"
+
 namespace loxo::testing {
 
 // Folder `name` ("spec", "data") of the shared material: $LOXO_SPEC or $LOXO_DATA, else shared/NAME
@@ -17,7 +19,7 @@ inline std::string shared_folder(const std::string& name) {
   const char* variable = std::getenv(name == "spec" ? "LOXO_SPEC" : "LOXO_DATA");
   if (variable != nullptr && std::filesystem::is_directory(variable)) return variable;
   for (const char* up : {"/../shared/", "/../../shared/"}) {
-    const std::string path = std::string(LOXO_SOURCE_DIR) + up + name;
+    const std::string path = std::string(source_folder()) + up + name;
     if (std::filesystem::is_directory(path)) return path;
   }
   return {};

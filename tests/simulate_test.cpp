@@ -20,12 +20,12 @@ TEST(Simulate, ListNamesTheScenariosThatStandInTheExamples) {
   std::size_t files = 0;
   for (const auto& s : ready_scenarios()) {
     EXPECT_NE(list.out.find(s.name), std::string::npos) << s.name;
-    EXPECT_EQ(slurp(std::string(LOXO_SOURCE_DIR) + "/examples/scenarios/" + s.name + ".toml"),
+    EXPECT_EQ(slurp(std::string(source_folder()) + "/examples/scenarios/" + s.name + ".toml"),
               s.toml)
         << s.name;
   }
   for (const auto& f :
-       std::filesystem::directory_iterator(std::string(LOXO_SOURCE_DIR) + "/examples/scenarios"))
+       std::filesystem::directory_iterator(std::string(source_folder()) + "/examples/scenarios"))
     files += f.path().extension() == ".toml";
   EXPECT_EQ(files, ready_scenarios().size());
 }

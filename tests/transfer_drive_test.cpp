@@ -12,7 +12,7 @@
 namespace loxo::testing {
 namespace {
 
-const std::string kDrive = std::string(LOXO_SOURCE_DIR) + "/examples/drives/kingston2008_a";
+const std::string kDrive = std::string(source_folder()) + "/examples/drives/kingston2008_a";
 
 TEST(TransferDrive, ToThePoleAndHomeAgain) {
   if (shared_folder("data").empty()) GTEST_SKIP() << "no shared/data";
@@ -180,7 +180,7 @@ TEST(TransferDrive, ADriveWithoutImuIsMovedAsWell) {
   if (shared_folder("data").empty()) GTEST_SKIP() << "no shared/data";
   ::setenv("LOXO_DATA", shared_folder("data").c_str(), 1);
   // A ship's reference and gyrocompass, from the South Atlantic to the pole and home again.
-  const std::string ship = std::string(LOXO_SOURCE_DIR) + "/examples/drives/ship_nbp1406";
+  const std::string ship = std::string(source_folder()) + "/examples/drives/ship_nbp1406";
   const std::string polar = scratch_folder() + "/ship", home = scratch_folder() + "/ship_home";
   ASSERT_EQ(run("transfer " + ship + " --angle 112deg --meridian -17.9deg -o " + polar).exit_code,
             0);

@@ -130,7 +130,7 @@ std::string recording(const std::string& set) {
 #define LOXO_RECORDING(set)                                                                    \
   if (recording(set).empty()) GTEST_SKIP() << "the recording " set " is not here (LOXO_DATA)"; \
   Diagnostics d;                                                                               \
-  const Drive drive = read_drive(std::string(LOXO_SOURCE_DIR) + "/examples/drives/" set)
+  const Drive drive = read_drive(std::string(testing::source_folder()) + "/examples/drives/" set)
 
 // Sum of horizontal steps on the ellipsoid.
 double path(const std::vector<SolutionRow>& rows) {
@@ -236,7 +236,7 @@ TEST(Recording, Obd) {
 
 TEST(Recording, EveryExampleReads) {
   for (const auto& entry :
-       fs::directory_iterator(std::string(LOXO_SOURCE_DIR) + "/examples/drives")) {
+       fs::directory_iterator(std::string(testing::source_folder()) + "/examples/drives")) {
     if (!fs::exists(entry.path() / "drive.toml")) continue;
     if (recording(entry.path().filename().string()).empty())
       GTEST_SKIP() << "the recordings are not here (LOXO_DATA)";

@@ -52,7 +52,8 @@ int failed(const Paper& paper) {
 TEST(Papers, NothingFailsAndEachCorrectionNamesItsErratum) {
   std::set<std::string> known, ids;
   for (const auto& e : errata()) EXPECT_TRUE(known.insert(e.id).second) << e.id << " twice";
-  const std::string page = text_of(std::filesystem::path(LOXO_SOURCE_DIR) / "docs/spec/errata.md");
+  const std::string page =
+      text_of(std::filesystem::path(testing::source_folder()) / "docs/spec/errata.md");
   std::size_t count = 0;
   for (const auto& paper : once()) {
     for (const auto& c : paper.checks) {
@@ -74,7 +75,7 @@ TEST(Papers, NothingFailsAndEachCorrectionNamesItsErratum) {
 // The pages are what the program writes now: run `loxo reproduce --docs > docs/papers.md` and
 // `loxo reproduce --errata` where this fails.
 TEST(Papers, PagesAreCurrent) {
-  const std::filesystem::path docs = std::filesystem::path(LOXO_SOURCE_DIR) / "docs";
+  const std::filesystem::path docs = std::filesystem::path(testing::source_folder()) / "docs";
   const std::string errata_md = text_of(docs / "spec/errata.md");
   EXPECT_NE(errata_md.find(errata_page()), std::string::npos);
   const std::string page = text_of(docs / "papers.md");

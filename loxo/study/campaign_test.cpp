@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "loxo/study/campaign.hpp"
+#include "places.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -287,10 +288,12 @@ TEST(Campaign, AStoreOfAnotherCampaignOrVersionIsRefused) {
 
 TEST(Campaign, ReadyCampaignsAreTheFilesOfTheExamples) {
   std::set<std::string> files;
-  for (const auto& e : fs::directory_iterator(LOXO_SOURCE_DIR "/examples/campaigns"))
+  for (const auto& e :
+       fs::directory_iterator(std::string(testing::source_folder()) + "/examples/campaigns"))
     files.insert(e.path().stem().string());
   for (const auto& ready : ready_campaigns()) {
-    std::ifstream in(LOXO_SOURCE_DIR "/examples/campaigns/" + ready.name + ".toml");
+    std::ifstream in(std::string(testing::source_folder()) + "/examples/campaigns/" + ready.name +
+                     ".toml");
     std::ostringstream text;
     text << in.rdbuf();
     EXPECT_EQ(text.str(), ready.text) << "run tools/embed_campaigns";

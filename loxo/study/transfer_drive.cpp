@@ -344,6 +344,29 @@ ReferenceEpochs reference_epochs(const Drive& drive, Diagnostics& diagnostics) {
   return out;
 }
 
+TransferPoints transfer_points(const Drive& drive, const PolarMove& move, Diagnostics& diagnostics,
+                               std::size_t most) {
+  const auto epochs = reference_epochs(drive, diagnostics).epochs;
+  const double span = epochs.back().t - epochs.front().t;
+  TransferPoints out;
+  out.step = std::max(span / static_cast<double>(epochs.size() - 1),
+                      span / static_cast<double>(std::max<std::size_t>(most, 2)));
+  double due = epochs.front().t;
+  for (const ReferenceEpoch& k : epochs) {
+    if (k.t < due - 0.5 * out.step) continue;
+    due += out.step;
+    const auto s = to_transverse_state(move.earth, move.lon0, k.e);
+    const auto a = to_euler(s.C_tb);
+    TransferPoint p;
+    p.tlat = s.tlat, p.tlon = s.tlon, p.angle = move.angle;
+    p.ve = s.v.x, p.vn = s.v.y;
+    p.heading = a.heading, p.pitch = a.pitch, p.roll = a.roll;
+    set_gravity(move.earth, p, s.h);
+    out.points.push_back(p);
+  }
+  return out;
+}
+
 TransferResult transfer_drive(const Drive& drive, const TransferSettings& settings,
                               const std::string& folder, Diagnostics& diagnostics,
                               const std::function<void(double)>& progress) {

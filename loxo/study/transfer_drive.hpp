@@ -6,6 +6,7 @@
 
 #include "loxo/log/drive.hpp"
 #include "loxo/sim/polar_mover.hpp"
+#include "loxo/sim/transfer_error.hpp"
 
 namespace loxo {
 
@@ -39,5 +40,14 @@ struct ReferenceEpochs {
   double longest_gap = 1.0;
 };
 ReferenceEpochs reference_epochs(const Drive& drive, Diagnostics& diagnostics);
+
+// The voyage as the theory of the conversion error wants it, in equal steps [s] and at most about
+// `most` points.
+struct TransferPoints {
+  std::vector<TransferPoint> points;
+  double step = 1;
+};
+TransferPoints transfer_points(const Drive& drive, const PolarMove& move, Diagnostics& diagnostics,
+                               std::size_t most = 6000);
 
 }  // namespace loxo
