@@ -108,8 +108,8 @@ TEST(CampaignRun, KilledAtAnyInstantItEndsWithTheRowsOfAnUndisturbedRun) {
   while (done < kills) {
     const std::string store = scratch_folder() + "/killed" + std::to_string(round++);
     for (bool finished = false; !finished;) {
-      const pid_t pid = start({program(), "campaign", "run", file, "-o", store, "--threads",
-                               std::to_string(1 + gen() % 3)});
+      const pid_t pid = start({loxo::testing::program(), "campaign", "run", file, "-o", store,
+                               "--threads", std::to_string(1 + gen() % 3)});
       ::usleep(static_cast<useconds_t>(gen() % 150000));
       ::kill(pid, SIGKILL);
       int status = 0;
@@ -128,7 +128,7 @@ TEST(CampaignRun, AnyNumberOfRanksGivesTheSameRows) {
   if (!have_mpi()) GTEST_SKIP() << "no MPI";
   for (const char* n : {"2", "4"}) {
     const std::string store = scratch_folder() + "/ranks" + n;
-    ASSERT_EQ(shell(kMpi + n + " " + program() + " campaign run " + campaign_file() +
+    ASSERT_EQ(shell(kMpi + n + " " + loxo::testing::program() + " campaign run " + campaign_file() +
                     " --threads 1 -o " + store),
               0)
         << loxo::testing::slurp(scratch_folder() + "/sh.err");
@@ -144,7 +144,8 @@ TEST(CampaignRun, TheStoppingRuleGivesTheSameRowsOnAnyNumberOfRanks) {
                          "95\nhalf_width = 0.1\n";
   const std::string alone = scratch_folder() + "/stop1", four = scratch_folder() + "/stop4";
   ASSERT_EQ(run("campaign run " + file + " --quiet -o " + alone).exit_code, 0);
-  ASSERT_EQ(shell(kMpi + "4 " + program() + " campaign run " + file + " --threads 1 -o " + four),
+  ASSERT_EQ(shell(kMpi + "4 " + loxo::testing::program() + " campaign run " + file +
+                  " --threads 1 -o " + four),
             0);
   EXPECT_LT(Store(alone).trials(), 300000u);
   expect_same_rows(alone, four);
@@ -157,8 +158,8 @@ TEST(CampaignRun, ARankKilledTakesNothingWithIt) {
   std::string text = kCampaign;
   text.replace(text.find("300000"), 6, "3000000");
   std::ofstream(file) << text;
-  const pid_t pid = start({"mpirun", "--oversubscribe", "-n", "3", program(), "campaign", "run",
-                           file, "--threads", "1", "-o", store});
+  const pid_t pid = start({"mpirun", "--oversubscribe", "-n", "3", loxo::testing::program(),
+                           "campaign", "run", file, "--threads", "1", "-o", store});
   // Wait for a first segment of rank 1, then kill the process that its name tells.
   pid_t victim = 0;
   for (int i = 0; i < 400 && victim == 0; ++i) {
@@ -191,8 +192,8 @@ TEST(CampaignRun, TwoMachinesGiveTheSameRows) {
       std::system("command -v ip sqlite3 unshare >/dev/null 2>&1") != 0 ||
       std::system("unshare -n true 2>/dev/null && ip netns list >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "network namespaces need root, ip and sqlite3";
-  const int code =
-      shell(std::string("timeout 100 ") + source_folder() + "/tools/check_cluster " + program());
+  const int code = shell(std::string("timeout 100 ") + loxo::testing::source_folder() +
+                         "/tools/check_cluster " + loxo::testing::program());
   if (code == 77) GTEST_SKIP() << "no network namespaces here";
   EXPECT_EQ(code, 0) << loxo::testing::slurp(scratch_folder() + "/sh.err");
   EXPECT_NE(loxo::testing::slurp(scratch_folder() + "/sh.out").find("the same rows as one process"),
@@ -202,16 +203,19 @@ TEST(CampaignRun, TwoMachinesGiveTheSameRows) {
 TEST(CampaignRun, DifferentProgramsOrCampaignsOnTheRanksAreRefused) {
   if (!have_mpi()) GTEST_SKIP() << "no MPI";
   const std::string other = scratch_folder() + "/other_loxo";
-  std::filesystem::copy_file(program(), other, std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::copy_file(loxo::testing::program(), other,
+                             std::filesystem::copy_options::overwrite_existing);
   std::ofstream(other, std::ios::app | std::ios::binary) << '\0';
   const std::string arguments =
       " campaign run " + campaign_file() + " -o " + scratch_folder() + "/mixed";
-  EXPECT_EQ(shell(kMpi + "1 " + program() + arguments + " : -n 1 " + other + arguments), 3);
+  EXPECT_EQ(
+      shell(kMpi + "1 " + loxo::testing::program() + arguments + " : -n 1 " + other + arguments),
+      3);
   EXPECT_NE(
       loxo::testing::slurp(scratch_folder() + "/sh.err").find("the ranks run different programs"),
       std::string::npos);
-  EXPECT_EQ(shell(kMpi + "1 " + program() + arguments + " : -n 1 " + program() + arguments +
-                  " --seed 99"),
+  EXPECT_EQ(shell(kMpi + "1 " + loxo::testing::program() + arguments + " : -n 1 " +
+                  loxo::testing::program() + arguments + " --seed 99"),
             3);
   EXPECT_NE(loxo::testing::slurp(scratch_folder() + "/sh.err").find("different campaigns"),
             std::string::npos);
@@ -220,7 +224,7 @@ TEST(CampaignRun, DifferentProgramsOrCampaignsOnTheRanksAreRefused) {
 TEST(CampaignRun, AFullDiskLosesNothing) {
   const std::string store = scratch_folder() + "/full", file = campaign_file();
   const std::string command =
-      std::string(program()) + " campaign run " + file + " --quiet -o " + store;
+      std::string(loxo::testing::program()) + " campaign run " + file + " --quiet -o " + store;
   // The write path fails after 64 kB to 15 MB a file, as on a full disk (ulimit counts kilobytes in
   // bash). The last runs have computed all 41 MB, but cannot merge them.
   for (const char* limit : {"64", "1000", "8000", "15000", "15000", "15000", "15000"}) {
@@ -239,7 +243,7 @@ TEST(CampaignRun, CtrlCLeavesWhatCanBeResumed) {
   std::string text = kCampaign;
   text.replace(text.find("300000"), 6, "30000000");
   std::ofstream(file) << text;
-  const pid_t pid = start({program(), "campaign", "run", file, "-o", store});
+  const pid_t pid = start({loxo::testing::program(), "campaign", "run", file, "-o", store});
   for (int i = 0; i < 200 && !has_parts(store); ++i) ::usleep(10000);
   ::usleep(150000);
   ::kill(pid, SIGINT);

@@ -27,7 +27,7 @@ TEST(Embed, AStreamOfIncrementsIsNavigated) {
       in << s.t << ' ' << s.dt << ' ' << s.dtheta.x << ' ' << s.dtheta.y << ' ' << s.dtheta.z << ' '
          << s.dv.x << ' ' << s.dv.y << ' ' << s.dv.z << '\n';
   }
-  const std::string program = embed_program();
+  const std::string program = testing::embed_program();
   ASSERT_EQ(
       std::system((program + " 89.99999 110 0 30 <" + base + ".in >" + base + ".out").c_str()), 0);
   const auto table = loxo::testing::columns(loxo::testing::slurp(base + ".out"));

@@ -60,7 +60,7 @@ std::vector<Use> undefined_symbols(const std::string& archive) {
 }
 
 TEST(Symbols, KernelRoomsCallNothingOfLibm) {
-  const auto build = std::filesystem::path(program()).parent_path();
+  const auto build = std::filesystem::path(loxo::testing::program()).parent_path();
   std::size_t seen = 0;
   for (const char* room : {"num", "earth", "ins", "errors", "sim", "study"}) {
     const auto archive = build / (std::string("libloxo_") + room + ".a");
