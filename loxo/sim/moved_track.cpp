@@ -90,13 +90,13 @@ Vec<Body, double> MovedTrack::velocity(double t, const Vec<Body, double>& v) con
 
 double MovedTrack::heading(double t, double heading) const {
   const Vec<Geographic, double> d =
-      turned(at(t), home_point(t), {std::sin(heading), std::cos(heading), 0.0}, false);
-  const double h = std::atan2(d.x, d.y);
+      turned(at(t), home_point(t), {sin(heading), cos(heading), 0.0}, false);
+  const double h = atan2(d.x, d.y);
   return h < 0 ? h + 2 * kPi : h;
 }
 
 double MovedTrack::distance_factor(double t, double heading) const {
-  return norm(turned(at(t), home_point(t), {std::sin(heading), std::cos(heading), 0.0}, true));
+  return norm(turned(at(t), home_point(t), {sin(heading), cos(heading), 0.0}, true));
 }
 
 double MovedTrack::forward_factor(double t) const {

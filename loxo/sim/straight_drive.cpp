@@ -56,7 +56,7 @@ StraightDriveEnds simulate_straight_drive(const Ellipsoid& ell, const StraightDr
       return {g.lat, g.lon, g.azimuth2};
     }
     auto r = reckon_start(drive.lat, drive.lon);
-    step_exact(ell, r, s * std::cos(drive.course), s * std::sin(drive.course), 0.0);
+    step_exact(ell, r, s * cos(drive.course), s * sin(drive.course), 0.0);
     return {r.lat, r.lon, drive.course};
   };
   const auto body = [&](const Place& p) {
@@ -78,11 +78,11 @@ StraightDriveEnds simulate_straight_drive(const Ellipsoid& ell, const StraightDr
     const Place p1 = place(s1), pm = place(0.5 * (s0 + s1));
     // Turn of the body against inertial space: Earth and transport rate at mid-step, and the way
     // its course has turned against north.
-    const double s = std::sin(pm.lat), c = std::cos(pm.lat), ds = s1 - s0;
+    const double s = sin(pm.lat), c = cos(pm.lat), ds = s1 - s0;
     const double n = prime_vertical_radius(ell, s);
-    const Vec<Geographic> turn{-ds * std::cos(pm.course) / meridian_radius(ell, s),
-                               ds * std::sin(pm.course) / n + ell.w_ie * dt * c,
-                               ds * std::sin(pm.course) * s / (n * c) + ell.w_ie * dt * s -
+    const Vec<Geographic> turn{-ds * cos(pm.course) / meridian_radius(ell, s),
+                               ds * sin(pm.course) / n + ell.w_ie * dt * c,
+                               ds * sin(pm.course) * s / (n * c) + ell.w_ie * dt * s -
                                    std::remainder(p1.course - p0.course, 2 * kPi)};
     Vec<Body> dtheta = to_matrix(conjugate(body(pm))) * turn + dt * errors.gyro_bias;
     if (errors.gyro_noise > 0) {
