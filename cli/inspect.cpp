@@ -10,9 +10,10 @@
 
 #include "cli/command.hpp"
 #include "loxo/log/drive.hpp"
+#include "loxo/log/table.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
-#include "loxo/text/csv.hpp"
+#include "loxo/text/quantity.hpp"
 
 namespace loxo::cli {
 namespace {
@@ -223,28 +224,21 @@ struct ColumnLook {
   std::size_t numbers = 0;
 };
 
-// Unit by the end of the name; "" where the name does not say.
-std::string unit_of_name(const std::string& name) {
-  for (const auto& [end, unit] : {std::pair{"_mps2", "m/s^2"},
-                                  {"_mps", "m/s"},
-                                  {"_dps", "deg/s"},
-                                  {"_deg", "deg"},
-                                  {"_rad", "rad"},
-                                  {"_kn", "kn"},
-                                  {"_kmh", "km/h"},
-                                  {"_ms", "ms"},
-                                  {"_s", "s"},
-                                  {"_m", "m"}})
-    if (name.ends_with(end)) return unit;
-  return "";
-}
+using NamedTable = std::pair<std::string, std::string>;  // file, its table
 
 struct TableLook {
-  std::string path;
+  std::string path, table;
+  TableConvention convention;
+  std::vector<std::string> words;  // columns of text
   std::vector<ColumnLook> columns;
   Timing timing;
   double force = kNone, rate = kNone;  // mean norms of ax, ay, az and gx, gy, gz
   std::size_t backwards = 0;
+  std::size_t at(const std::string& name) const {
+    std::size_t i = 0;
+    while (i < columns.size() && columns[i].name != name) ++i;
+    return i;
+  }
   bool has(const std::string& name) const {
     return std::any_of(columns.begin(), columns.end(),
                        [&](const ColumnLook& c) { return c.name == name; });
@@ -254,21 +248,30 @@ struct TableLook {
   }
 };
 
-TableLook look_at_table(const std::string& path, Diagnostics& diagnostics) {
+TableLook look_at_table(const std::string& path, const std::string& table,
+                        Diagnostics& diagnostics) {
   TableLook look;
   look.path = path;
-  CsvReader reader(path);
-  for (const auto& name : reader.header())
-    look.columns.push_back({name, unit_of_name(name), kNone, kNone, 0, 0});
-  reader.select(reader.header());
+  look.table = table;
+  const auto opened = open_table(path, table);
+  Table& reader = *opened;
+  look.convention = reader.convention();
+  look.words = reader.word_columns();
+  std::vector<std::string> numbers;
+  for (const auto& name : reader.header()) {
+    if (std::find(look.words.begin(), look.words.end(), name) != look.words.end()) continue;
+    look.columns.push_back({name, std::string(unit_of_column(name)), kNone, kNone, 0, 0});
+    numbers.push_back(name);
+  }
+  reader.select(numbers);
   const bool imu = look.has_all({"gx", "gy", "gz", "ax", "ay", "az"});
   std::size_t place[6]{};
   if (imu) {
     const char* names[] = {"gx", "gy", "gz", "ax", "ay", "az"};
-    for (std::size_t i = 0; i < 6; ++i) place[i] = reader.index(names[i]);
+    for (std::size_t i = 0; i < 6; ++i) place[i] = look.at(names[i]);
   }
-  const bool timed = reader.has("t_s");
-  const std::size_t time = timed ? reader.index("t_s") : 0;
+  const bool timed = look.has("t_s");
+  const std::size_t time = timed ? look.at("t_s") : 0;
   std::vector<double> row(look.columns.size()), t;
   double force = 0, rate = 0;
   std::size_t rows = 0, whole = 0;
@@ -285,8 +288,7 @@ TableLook look_at_table(const std::string& path, Diagnostics& diagnostics) {
     if (timed && std::isfinite(row[time])) {
       if (!t.empty() && row[time] <= t.back()) {
         ++look.backwards;
-        diagnostics.warn(row[time] == t.back() ? "duplicate" : "time_back",
-                         path + ":" + std::to_string(reader.line()),
+        diagnostics.warn(row[time] == t.back() ? "duplicate" : "time_back", reader.where(),
                          fmt::format("expected a time after {}, found {}", t.back(), row[time]));
       } else {
         t.push_back(row[time]);
@@ -331,10 +333,19 @@ std::string propose(const TableLook& look) {
   const std::string file = fs::path(look.path).filename().string();
   const std::string time = look.has("t_s") ? "time = \"t_s\", " : "";
   const std::string rate = look.has("t_s") ? "" : "rate = \"100 Hz\"  # expected: the true rate\n";
+  const std::string table = look.table.empty() ? "" : "table = \"" + look.table + "\"\n";
   auto section = [&](const std::string& name, const std::string& columns, const std::string& more) {
-    return fmt::format("[{}]\nfile = \"{}\"\n{}{}columns = {{ {}{} }}\n", name, file, rate, more,
-                       time, columns);
+    return fmt::format("[{}]\nfile = \"{}\"\n{}{}{}columns = {{ {}{} }}\n", name, file, table, rate,
+                       more, time, columns);
   };
+  if (!look.convention.section.empty()) {  // what the format fixes need not be said
+    std::string known =
+        fmt::format("[{}]\nfile = \"{}\"\n{}", look.convention.section, file, table);
+    if (!look.convention.columns.contains("time") && !look.has("t_s"))
+      known += "rate = \"100 Hz\"  # expected: the true rate\n";
+    return known + "# " + look.convention.format +
+           ": columns, units and axes are those of the format\n";
+  }
   if (std::isfinite(look.force)) {
     const std::string f = std::fabs(look.force - 1) < 0.15 ? "g" : "m/s^2";
     const std::string w = look.rate > 2 ? "deg/s" : "rad/s";
@@ -362,19 +373,27 @@ std::string propose(const TableLook& look) {
   return "";
 }
 
-int inspect_tables(const Globals& globals, const std::vector<std::string>& paths) {
+int inspect_tables(const Globals& globals, const std::vector<NamedTable>& paths) {
   Diagnostics diagnostics;
   std::string toml = "format = 1\n", text;
   Json tables = Json::array();
   bool any = false;
-  for (const auto& path : paths) {
-    const TableLook look = look_at_table(path, diagnostics);
+  for (const auto& [path, name] : paths) {
+    const TableLook look = look_at_table(path, name, diagnostics);
     const std::string section = propose(look);
     any = any || !section.empty();
     if (!section.empty()) toml += "\n" + section;
     Json j = timing_json(fs::path(path).filename().string(), path, look.timing);
     Json columns = Json::array();
-    text += (text.empty() ? "" : "\n") + timing_text(path, look.timing);
+    j["format"] = look.convention.format;
+    j["table"] = name;
+    text += (text.empty() ? "" : "\n") +
+            timing_text(name.empty() ? path : path + ":" + name, look.timing);
+    text += "\n  " + look.convention.format;
+    for (const auto& w : look.words) {
+      columns.push_back({{"name", w}, {"unit", ""}, {"text", true}});
+      text += fmt::format("\n  {:<16} text", w);
+    }
     for (const auto& c : look.columns) {
       columns.push_back({{"name", c.name},
                          {"unit", c.unit},
@@ -410,19 +429,36 @@ int inspect_tables(const Globals& globals, const std::vector<std::string>& paths
 }
 
 int inspect(const Globals& globals, const std::string& path) {
+  std::vector<NamedTable> tables;
   if (fs::is_directory(path) && !fs::exists(fs::path(path) / "drive.toml")) {
-    std::vector<std::string> tables;
+    std::vector<std::string> files;
     for (const auto& entry : fs::directory_iterator(path)) {
-      const std::string name = entry.path().string();
-      if (name.ends_with(".csv") || name.ends_with(".csv.gz")) tables.push_back(name);
+      const std::string name = entry.path().filename().string();
+      if (entry.is_regular_file() && !name.starts_with('.') && !name.ends_with(".md"))
+        files.push_back(entry.path().string());
     }
-    std::sort(tables.begin(), tables.end());
+    std::sort(files.begin(), files.end());
+    for (const auto& file : files) {
+      try {
+        for (const auto& name : tables_of(file)) {
+          open_table(file, name);
+          tables.emplace_back(file, name);
+        }
+      } catch (const Error& e) {
+        // A folder may hold anything; a file that was meant to be read is refused below.
+        if (files.size() == 1 || file.ends_with(".csv") || file.ends_with(".csv.gz")) throw;
+        say(globals, fmt::format("{}: passed over ({})", file, e.what()));
+      }
+    }
     if (tables.empty())
-      throw Error(ErrorKind::kInput, "the folder holds neither drive.toml nor CSV files", path);
+      throw Error(ErrorKind::kInput, "the folder holds neither drive.toml nor a table", path);
     return inspect_tables(globals, tables);
   }
-  if (fs::is_regular_file(path) && !path.ends_with(".toml") && !path.ends_with(".h5"))
-    return inspect_tables(globals, {path});
+  if (fs::is_regular_file(path) && !is_drive(path)) {
+    for (const auto& name : tables_of(path)) tables.emplace_back(path, name);
+    if (tables.empty()) throw Error(ErrorKind::kInput, "holds no table of numbers", path);
+    return inspect_tables(globals, tables);
+  }
   return inspect_drive(globals, path);
 }
 
@@ -430,11 +466,11 @@ int inspect(const Globals& globals, const std::string& path) {
 
 void add_inspect(CLI::App& app, Globals& globals) {
   static std::string path;
-  auto* sub = add_command(app, globals, "inspect",
-                          "what is in a drive or a CSV file: rates, units, gaps, what looks wrong",
-                          "loxo inspect examples/drives/kingston2008_a",
-                          [&globals] { return inspect(globals, path); });
-  sub->add_option("PATH", path, "a folder with drive.toml, a .toml, a .csv or .csv.gz")->required();
+  auto* sub = add_command(
+      app, globals, "inspect",
+      "what is in a drive or a file: format, rates, units, gaps, what looks wrong",
+      "loxo inspect examples/drives/kingston2008_a", [&globals] { return inspect(globals, path); });
+  sub->add_option("PATH", path, "a drive, a table in any format, or a folder of such")->required();
 }
 
 }  // namespace loxo::cli

@@ -14,6 +14,7 @@
 #include "cli/command.hpp"
 #include "loxo/log/drive.hpp"
 #include "loxo/log/solution_file.hpp"
+#include "loxo/log/table.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/report/error_sections.hpp"
 #include "loxo/report/json_sections.hpp"
@@ -188,13 +189,11 @@ void add_path(Gathered& g, const std::string& path, bool truth = false) {
   const std::string head = first_bytes(path, 512);
   if (head.empty()) refuse(path, "the file is empty");
   if (head.starts_with("\x89HDF")) {
-    bool solution = true;
-    try {
+    const bool solution = !is_drive(path);
+    if (solution)
       add_table(g, path, truth);
-    } catch (const Error&) {
-      solution = false;
-    }
-    if (!solution) add_drive(g, path);
+    else
+      add_drive(g, path);
     g.inputs.push_back({path, solution ? "solution" : "drive"});
     return;
   }
@@ -222,13 +221,12 @@ void add_path(Gathered& g, const std::string& path, bool truth = false) {
     g.inputs.push_back({path, std::string(report::kind_name(kind))});
     return;
   }
-  CsvReader csv(path);  // refuses binary files
-  const bool timed = csv.has("t_s") || csv.has("t") || csv.has("time") || csv.has("time_s");
-  const bool placed = csv.has("lat_deg") || csv.has("x_m") || csv.has("e_m") ||
-                      csv.has("lat_rad") || csv.has("lat");
+  const auto table = open_table(path);  // refuses binary files
+  const bool timed = table->has("t_s") || table->has("t") || table->has("time");
+  const bool placed = table->has("lat_deg") || table->has("x_m") || table->has("e_m");
   if (!timed || !placed) {
     std::string names;
-    for (const auto& h : csv.header()) names += (names.empty() ? "" : ", ") + h;
+    for (const auto& h : table->header()) names += (names.empty() ? "" : ", ") + h;
     refuse(path, "a table with columns " + names.substr(0, 200));
   }
   add_table(g, path, truth);

@@ -16,8 +16,7 @@ std::string seconds(double t) {
   return text;
 }
 
-// The unit of a column: said for its key, else in its name. A multiple is a unit too: "0.05 deg/s",
-// "-1 rad".
+// The unit of a column: said for its key, else in its name.
 double column_factor(const ChannelFile& file, const ChannelKey& key, const std::string& column,
                      Diagnostics& diagnostics) {
   const auto said = file.units.find(key.name);
@@ -26,17 +25,8 @@ double column_factor(const ChannelFile& file, const ChannelKey& key, const std::
   if (key.dimension == Dimension::kNone) return 1.0;
   if (said != file.units.end()) {
     const std::string& text = said->second;
-    double factor = 0;
-    const char c = text.empty() ? ' ' : text[0];
-    bool multiple = (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.';
-    if (multiple) {
-      try {
-        factor = parse_quantity(text, key.dimension, where);
-      } catch (const Error&) {
-        multiple = false;  // "1/s": a unit that begins with a digit, or a fault told below
-      }
-    }
-    if (!multiple) factor = unit_factor(text, key.dimension, where);
+    bool multiple = false;
+    const double factor = declared_unit(text, key.dimension, where, multiple);
     if (!in_name.empty() && !multiple) {
       bool same = false;
       try {
@@ -65,6 +55,20 @@ double column_factor(const ChannelFile& file, const ChannelKey& key, const std::
 }
 
 }  // namespace
+
+double declared_unit(const std::string& text, Dimension d, const std::string& where,
+                     bool& multiple) {
+  const char c = text.empty() ? ' ' : text[0];
+  multiple = (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.';
+  if (multiple) {
+    try {
+      return parse_quantity(text, d, where);
+    } catch (const Error&) {
+      multiple = false;  // "1/s": a unit that begins with a digit, or a fault told below
+    }
+  }
+  return unit_factor(text, d, where);
+}
 
 const ChannelFile& section_file(const Drive& d, const std::string& section) {
   if (section == "imu") return d.imu;
@@ -218,7 +222,8 @@ Channel::Channel(const Drive& drive, const std::string& section, Diagnostics& di
   for (const char* name : {"imu", "odometer", "attitude", "track", "fix", "velocity", "heading",
                            "height", "reference"}) {
     const ChannelFile& other = section_file(drive, name);
-    if (!other.present || other.file != file.file) continue;
+    if (!other.present || other.named != file.named || other.named_table != file.named_table)
+      continue;
     for (const auto& [key, names] : other.columns) mapped.insert(names.begin(), names.end());
   }
   mapped.insert(chosen.begin(), chosen.end());
@@ -254,7 +259,27 @@ std::size_t Channel::at(std::string_view key) const {
 }
 bool Channel::has(std::string_view key) const { return at(key) != npos; }
 
-StampCheck::Verdict StampCheck::check(double t, const std::string& where) {
+// A regular sensor (half of its steps within a twentieth of their median) misses a sample at one
+// and a half steps; one whose stamps come in bunches at three.
+void StampCheck::learn() {
+  const std::size_t n = std::min(steps_, kWindow);
+  double sorted[kWindow]{};
+  std::copy(window_, window_ + n, sorted);
+  const auto middle = sorted + n / 2;
+  std::nth_element(sorted, middle, sorted + n);
+  usual_ = *middle;
+  std::size_t close = 0;
+  for (std::size_t i = 0; i < n; ++i) close += std::abs(window_[i] - usual_) <= 0.05 * usual_;
+  longest_ = usual_ * (2 * close > n ? 1.5 : 3.0);
+}
+
+void StampCheck::tell_gap(double from, double to, const std::string& where) {
+  diagnostics_->warn("gap", where,
+                     "[" + section_ + "] a gap of " + seconds(to - from) + " before " +
+                         seconds(to) + " (usual step " + seconds(usual_) + ")");
+}
+
+StampCheck::Verdict StampCheck::check(double t, const Table& row) {
   if (!started_) {
     started_ = true;
     last_ = t;
@@ -262,34 +287,32 @@ StampCheck::Verdict StampCheck::check(double t, const std::string& where) {
   }
   const double step = t - last_;
   if (step == 0) {
-    diagnostics_->warn("duplicate", where,
-                       "[" + section_ + "] two rows with the stamp " + seconds(t));
+    diagnostics_->warn(
+        "duplicate", row.where(),
+        "[" + section_ + "] two rows with the stamp " + seconds(t) + "; the second is skipped");
     return Verdict::kDuplicate;
   }
   if (step < 0) {
-    diagnostics_->warn("time_back", where,
+    diagnostics_->warn("time_back", row.where(),
                        "[" + section_ + "] time goes back from " + seconds(last_) + " to " +
                            seconds(t) + "; row skipped");
     return Verdict::kBack;
   }
-  if (steps_ > 8 && step > 3 * typical_) {
-    diagnostics_->warn("gap", where,
-                       "[" + section_ + "] a gap of " + seconds(step) + " before " + seconds(t) +
-                           " (usual step " + seconds(typical_) + ")");
-  }
-  // A step towards the median: small against it, so that one gap does not move it.
-  ++steps_;
-  if (steps_ == 1) {
-    typical_ = step;
-  } else if (steps_ <= 8) {
-    typical_ = std::min(typical_, step) == typical_
-                   ? typical_ + 0.3 * (std::min(step, 3 * typical_) - typical_)
-                   : step;
+  if (steps_ >= kFirst) {
+    if (step > longest_) tell_gap(last_, t, row.where());
   } else {
-    typical_ += 0.02 * typical_ * (step > typical_ ? 1 : -1) *
-                (std::abs(step / typical_ - 1) > 0.02 ? 1 : 0);
+    early_.push_back({last_, t, row.where()});
   }
+  window_[steps_++ % kWindow] = step;
   last_ = t;
+  if (steps_ == kFirst) {
+    learn();
+    for (const Early& e : early_)
+      if (e.to - e.from > longest_) tell_gap(e.from, e.to, e.where);
+    early_.clear();
+  } else if (steps_ > kFirst && steps_ % (kWindow / 2) == 0) {
+    learn();
+  }
   return Verdict::kForward;
 }
 

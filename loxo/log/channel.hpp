@@ -22,6 +22,10 @@ struct ChannelKey {
 };
 // The keys that a section takes; some depend on its kind.
 std::vector<ChannelKey> section_keys(const Drive& drive, const std::string& section);
+// SI factor of what `units` says for a key: a unit, or a multiple of one ("0.05 deg/s", "-1 rad").
+// Throws Error(kInput).
+double declared_unit(const std::string& text, Dimension d, const std::string& where,
+                     bool& multiple);
 const ChannelFile& section_file(const Drive& drive, const std::string& section);
 
 class Channel {
@@ -66,15 +70,28 @@ class StampCheck {
   StampCheck(std::string section, Diagnostics& diagnostics)
       : section_(std::move(section)), diagnostics_(&diagnostics) {}
   enum class Verdict { kForward, kDuplicate, kBack };
-  Verdict check(double t, const std::string& where);
+  // `row` tells its place where something is to be told.
+  Verdict check(double t, const Table& row);
+  // Median of the steps lately; kNone before the eighth.
+  double usual_step() const { return usual_; }
 
  private:
+  static constexpr std::size_t kWindow = 32, kFirst = 8;
+  void learn();
+  void tell_gap(double from, double to, const std::string& where);
+
   std::string section_;
   Diagnostics* diagnostics_;
   bool started_ = false;
-  double last_ = 0, first_ = 0;
+  double last_ = 0;
   std::size_t steps_ = 0;
-  double typical_ = 0;  // running median of the step
+  double window_[kWindow]{};                // the last steps
+  double usual_ = kNone, longest_ = kNone;  // their median; what is no gap yet
+  struct Early {
+    double from, to;
+    std::string where;
+  };
+  std::vector<Early> early_;  // steps before the median is known
 };
 
 }  // namespace loxo

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "loxo/log/channel.hpp"
+#include "loxo/log/hdf5_file.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/text/gzip.hpp"
@@ -86,14 +87,8 @@ void read_columns(const Drive& drive, const TomlTable& t, ChannelFile& file) {
         if (!count)
           refuse("expected no unit or pulses, found '" + unit + "'", units->where(key.name));
       } else {
-        const char c = unit.empty() ? ' ' : unit[0];
-        bool multiple = (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.';
-        try {
-          if (multiple) parse_quantity(unit, key.dimension, units->where(key.name));
-        } catch (const Error&) {
-          multiple = false;
-        }
-        if (!multiple) unit_factor(unit, key.dimension, units->where(key.name));
+        bool multiple = false;
+        declared_unit(unit, key.dimension, units->where(key.name), multiple);
       }
       file.units[key.name] = unit;
     }
@@ -108,9 +103,9 @@ ChannelFile read_section(const Drive& drive, const TomlTable& t, const std::stri
   file.where = t.where("file");
   if (const auto key = file.where.rfind(": key "); key != std::string::npos) file.where.resize(key);
   file.where += ": key " + section;
-  file.file = t.need_string("file");
+  file.file = file.named = t.need_string("file");
   if (drive.folder.empty()) {
-    file.file = drive.path + ":" + file.file;  // a table of the .h5 drive
+    file.file = drive.path;  // a table of the .h5 drive
   } else {
     try {
       file.file = resolve_path(file.file, drive.folder);
@@ -120,7 +115,8 @@ ChannelFile read_section(const Drive& drive, const TomlTable& t, const std::stri
     if (section != "reference" && !fs::exists(file.file))
       refuse("no such file: '" + file.file + "'", t.where("file"));
   }
-  file.table = t.get_string("table").value_or("");
+  file.table = file.named_table = t.get_string("table").value_or("");
+  if (drive.folder.empty()) file.table = section;
   file.delay = t.get_quantity("delay", kTime).value_or(0.0);
   file.rate = t.get_quantity("rate", kFrequency).value_or(loxo::kNone);
   if (file.rate <= 0) refuse("expected a rate above 0", t.where("rate"));
@@ -393,6 +389,11 @@ std::array<double, 9> axes_to_rfu(const std::string& axes, const std::string& wh
   return c;
 }
 
+bool is_drive(const std::string& path) {
+  if (fs::is_directory(path) || fs::path(path).extension() == ".toml") return true;
+  return fs::is_regular_file(path) && is_h5(path) && h5_text(path, "drive.toml").has_value();
+}
+
 Drive read_drive(const std::string& path, const std::vector<std::string>& sets) {
   Drive d;
   d.path = path;
@@ -410,12 +411,20 @@ Drive read_drive(const std::string& path, const std::vector<std::string>& sets) 
     d.toml_path = path;
     d.folder = fs::path(path).parent_path().string();
     if (d.folder.empty()) d.folder = ".";
+  } else if (is_h5(path)) {
+    const auto text = h5_text(path, "drive.toml");
+    if (!text)
+      refuse("an HDF5 file without the text drive.toml: no drive ('loxo inspect " + path +
+                 "' tells what is in it)",
+             path);
+    d.toml_path = path + ":drive.toml";
+    d.toml = *text;
   } else {
     refuse("is no drive; expected a folder with drive.toml, a .toml or a .h5 file ('loxo inspect " +
                path + "' proposes a drive.toml)",
            path);
   }
-  d.toml = read_file(d.toml_path);
+  if (d.toml.empty()) d.toml = read_file(d.toml_path);
 
   TomlTable t = TomlTable::parse(d.toml, d.toml_path);
   for (const auto& set : sets) {

@@ -28,6 +28,7 @@ struct ChannelFile {
   double delay = 0;     // s: the value at a stamp is what happened this much earlier
   double rate = kNone;  // Hz: rows without a time column, the first at t = 0
   std::string table;    // which table of a file that holds several (h5 group, mat variable)
+  std::string named, named_table;  // file and table as drive.toml says them
   double origin_lat = kNone, origin_lon = kNone,
          origin_h = 0;  // rad, m: of east, north (up) columns
   std::string where;    // the section's place, for messages
@@ -74,7 +75,7 @@ struct StartSection {
 // drive.toml, read and checked. Throws Error(kInput) naming file:line and key for every fault.
 struct Drive {
   std::string path;       // as given by the user
-  std::string folder;     // where relative files are looked for
+  std::string folder;     // where relative files are looked for; empty: a .h5 drive
   std::string toml;       // the text of drive.toml (for copying by transfer and convert)
   std::string toml_path;  // where it stands ("drive.h5:drive.toml" of a .h5 drive)
   std::string name;
@@ -129,6 +130,9 @@ struct Drive {
 // PATH: a folder with drive.toml, a .toml file, or a .h5 drive. `sets`: --set key=value, applied
 // before checking.
 Drive read_drive(const std::string& path, const std::vector<std::string>& sets = {});
+
+// A folder, a .toml file, or a .h5 file that holds a drive.
+bool is_drive(const std::string& path);
 
 // "data:set/file.csv" and "$LOXO_DATA/set/file.csv" stand for $LOXO_DATA/set/file.csv or, without
 // that variable, for the first data/ or shared/data/ folder that has it on the way up from

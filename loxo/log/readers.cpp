@@ -29,7 +29,7 @@ void each_row(const Drive& drive, const std::string& section, Diagnostics& d, F 
   Channel c(drive, section, d);
   StampCheck stamps(section, d);
   while (c.next(d))
-    if (stamps.check(c.t(), c.where()) == StampCheck::Verdict::kForward) use(c);
+    if (stamps.check(c.t(), c.table()) == StampCheck::Verdict::kForward) use(c);
 }
 
 }  // namespace
@@ -81,7 +81,7 @@ struct ImuReader::Impl {
         d->bad("bad_row", channel.where(), "[imu] expected six numbers, found nan; row skipped");
         continue;
       }
-      if (stamps.check(row.t, channel.where()) != StampCheck::Verdict::kForward) continue;
+      if (stamps.check(row.t, channel.table()) != StampCheck::Verdict::kForward) continue;
       auto beyond = [](const Vec<Body>& a, double limit) {
         return given(limit) &&
                (std::fabs(a.x) >= limit || std::fabs(a.y) >= limit || std::fabs(a.z) >= limit);

@@ -2,11 +2,13 @@
 #include "loxo/log/solution_file.hpp"
 
 #include <cmath>
-#include <cstdlib>
+#include <optional>
 #include <vector>
 
 #include "loxo/earth/attitude.hpp"
 #include "loxo/earth/geodetic.hpp"
+#include "loxo/log/hdf5_file.hpp"
+#include "loxo/log/table.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/text/csv.hpp"
@@ -43,30 +45,48 @@ constexpr Column kColumns[] = {{"t_s", &SolutionRow::t, 1},
                                {"std_n_m", &SolutionRow::std_n, 1},
                                {"std_u_m", &SolutionRow::std_u, 1},
                                {"std_heading_deg", &SolutionRow::std_heading, deg}};
+constexpr std::size_t kNumbers = std::size(kColumns);
 
 }  // namespace
 
 struct SolutionWriter::Impl {
-  OutputFile file;
-  int precision;
+  std::optional<OutputFile> file;
+  std::optional<H5Writer> binary;
+  int precision = 0;
   std::string line;
-  Impl(const std::string& path, int p) : file(path), precision(p) {}
 };
 
 SolutionWriter::SolutionWriter(const std::string& path,
-                               const std::map<std::string, std::string>& meta, int precision) {
-  if (path.size() > 3 && path.rfind(".h5") == path.size() - 3)
-    throw Error(ErrorKind::kUsage,
-                "the binary form of a solution (.h5) is not built yet; write .csv or .csv.gz",
-                path);
-  impl_ = std::make_unique<Impl>(path, precision);
+                               const std::map<std::string, std::string>& meta, int precision)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->precision = precision;
+  if (path.ends_with(".h5")) {
+    H5Writer& h5 = impl_->binary.emplace(path);
+    std::vector<std::string> names;
+    for (const Column& c : kColumns) names.emplace_back(c.name);
+    names.emplace_back("frame");
+    names.emplace_back("health");
+    h5.begin("", names, {"frame"});
+    h5.attribute("format", "loxo solution 1");
+    for (const auto& [key, value] : meta) h5.attribute(key, value);
+    return;
+  }
+  impl_->file.emplace(path);
   std::string head;
   for (const auto& [key, value] : meta) head += "# " + key + ": " + value + "\n";
   for (const Column& c : kColumns) head += std::string(c.name) + ",";
-  impl_->file.write(head + "frame,health\n");
+  impl_->file->write(head + "frame,health\n");
 }
 SolutionWriter::~SolutionWriter() = default;
 void SolutionWriter::write(const SolutionRow& row) {
+  if (impl_->binary) {
+    double x[kNumbers + 1];
+    for (std::size_t i = 0; i < kNumbers; ++i) x[i] = row.*kColumns[i].member / kColumns[i].unit;
+    x[kNumbers] = row.health;
+    const std::string_view frame[] = {frame_name(row.frame)};
+    impl_->binary->row(x, frame);
+    return;
+  }
   std::string& s = impl_->line;
   s.clear();
   for (const Column& c : kColumns) {
@@ -77,9 +97,14 @@ void SolutionWriter::write(const SolutionRow& row) {
   s += ',';
   s += std::to_string(row.health);
   s += '\n';
-  impl_->file.write(s);
+  impl_->file->write(s);
 }
-void SolutionWriter::commit() { impl_->file.commit(); }
+void SolutionWriter::commit() {
+  if (impl_->binary)
+    impl_->binary->commit();
+  else
+    impl_->file->commit();
+}
 
 void complete_row(SolutionRow& r, const Ellipsoid& ell) {
   if (given(r.lat) && given(r.lon)) {
@@ -106,13 +131,13 @@ void complete_row(SolutionRow& r, const Ellipsoid& ell) {
 Solution read_solution(const std::string& path, const Ellipsoid& ellipsoid,
                        Diagnostics& diagnostics,
                        const std::map<std::string, std::string>& columns) {
-  CsvReader reader(path);
+  const std::unique_ptr<Table> table = open_table(path);
   Solution out;
-  out.meta = reader.meta();
+  out.meta = table->meta();
   std::vector<std::string> chosen;
   std::vector<std::pair<double SolutionRow::*, double>> to;
   auto take = [&](const std::string& name, double SolutionRow::*member, double unit) {
-    if (!reader.has(name)) return false;
+    if (!table->has(name)) return false;
     chosen.push_back(name);
     to.emplace_back(member, unit);
     return true;
@@ -120,7 +145,7 @@ Solution read_solution(const std::string& path, const Ellipsoid& ellipsoid,
   for (const Column& c : kColumns) {
     const auto named = columns.find(c.name);
     if (named != columns.end()) {
-      if (!reader.has(named->second)) reader.index(named->second);  // tells what is there
+      if (!table->has(named->second)) table->select({named->second});  // tells what is there
       take(named->second, c.member, c.unit);
       continue;
     }
@@ -129,40 +154,43 @@ Solution read_solution(const std::string& path, const Ellipsoid& ellipsoid,
     if (bare == "ve_mps" || bare == "vn_mps" || bare == "vu_mps")
       take(bare.substr(0, 2), c.member, 1);
   }
-  if (chosen.empty() || to[0].first != &SolutionRow::t) reader.index("t_s");
-  const bool local = !reader.has("lat_deg") && !reader.has("x_m") && reader.has("e_m") &&
-                     reader.has("n_m") && !columns.contains("lat_deg");
+  if (chosen.empty() || to[0].first != &SolutionRow::t) table->select({"t_s"});
+  const bool local = !table->has("lat_deg") && !table->has("x_m") && table->has("e_m") &&
+                     table->has("n_m") && !columns.contains("lat_deg");
   if (local) {
     // Local metres: kept as such in x, y, told in the meta.
     take("e_m", &SolutionRow::x, 1);
     take("n_m", &SolutionRow::y, 1);
     out.meta["local"] = "true";
   }
-  const bool with_health = reader.has("health"), with_frame = reader.has("frame");
-  reader.select(chosen);
+  const bool with_health = table->has("health"), with_frame = table->has("frame");
+  const std::size_t health = chosen.size();
+  if (with_health) chosen.emplace_back("health");
+  table->select(chosen);
   std::vector<double> v(chosen.size());
-  std::size_t i_health = with_health ? reader.index("health") : 0,
-              i_frame = with_frame ? reader.index("frame") : 0;
-  while (reader.next(v, diagnostics)) {
+  while (table->next(v, diagnostics)) {
     SolutionRow r;
     for (const Column& c : kColumns) r.*c.member = kNone;
     for (std::size_t i = 0; i < to.size(); ++i) r.*to[i].first = v[i] * to[i].second;
-    const auto& cells = reader.cells();
-    if (with_health && i_health < cells.size())
-      r.health = static_cast<std::uint32_t>(
-          std::strtoul(std::string(cells[i_health]).c_str(), nullptr, 10));
-    if (with_frame && i_frame < cells.size())
+    if (with_health && v[health] >= 0 && v[health] <= 4294967295.0)
+      r.health = static_cast<std::uint32_t>(v[health]);
+    if (with_frame) {
+      const std::string_view word = table->word("frame");
       for (FrameId f : {FrameId::kGeographic, FrameId::kTransverse, FrameId::kGrid,
                         FrameId::kWander, FrameId::kEcef})
-        if (frame_name(f) == cells[i_frame]) r.frame = f;
+        if (frame_name(f) == word) r.frame = f;
+    }
     if (!given(r.t)) {
-      diagnostics.bad("bad_row", path + ":" + std::to_string(reader.line()),
-                      "expected a time, found nan; row skipped");
+      diagnostics.bad("bad_row", table->where(), "expected a time, found nan; row skipped");
       continue;
     }
     if (!out.rows.empty() && !(r.t > out.rows.back().t)) {
-      diagnostics.warn("time_back", path + ":" + std::to_string(reader.line()),
+      diagnostics.warn("time_back", table->where(),
                        "a stamp that is not after the last; row skipped");
+      continue;
+    }
+    if (given(r.lat) && std::fabs(r.lat) > 0.5 * kPi + 1e-12) {
+      diagnostics.bad("bad_row", table->where(), "latitude beyond 90 deg; row skipped");
       continue;
     }
     if (!local) complete_row(r, ellipsoid);

@@ -2,13 +2,17 @@
 #include "loxo/log/table.hpp"
 
 #include <algorithm>
+#include <charconv>
 
+#include "loxo/log/hdf5_file.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/text/csv.hpp"
 #include "loxo/text/nearest.hpp"
 
 namespace loxo {
 namespace {
+
+const std::string kBetween = " | ";  // names in a list of columns
 
 class CsvTable : public Table {
  public:
@@ -17,10 +21,37 @@ class CsvTable : public Table {
     header_ = reader_.header();
     meta_ = reader_.meta();
     convention_.format = "CSV";
+    take_convention();
   }
   void select(const std::vector<std::string>& columns) override { reader_.select(columns); }
   bool next(std::span<double> row, Diagnostics& diagnostics) override {
     return reader_.next(row, diagnostics);
+  }
+  // Columns whose first given cells are no numbers.
+  std::vector<std::string> word_columns() override {
+    constexpr int kLookedAt = 100;  // rows
+    if (path_ == "standard input") return {};
+    CsvReader look(path_);
+    std::vector<int> numbers(header_.size(), 0), words(header_.size(), 0);
+    std::vector<std::string_view> cells;
+    for (int i = 0; i < kLookedAt && look.next_text(cells); ++i) {
+      for (std::size_t k = 0; k < std::min(cells.size(), header_.size()); ++k) {
+        if (cells[k].empty() || cells[k] == "nan") continue;
+        double x = 0;
+        const auto [end, error] =
+            std::from_chars(cells[k].data(), cells[k].data() + cells[k].size(), x);
+        ++(error == std::errc() && end == cells[k].data() + cells[k].size() ? numbers : words)[k];
+      }
+    }
+    std::vector<std::string> out;
+    for (std::size_t k = 0; k < header_.size(); ++k)
+      if (words[k] > numbers[k]) out.push_back(header_[k]);
+    return out;
+  }
+  std::string_view word(const std::string& column) override {
+    const auto& cells = reader_.cells();
+    const std::size_t i = reader_.index(column);
+    return i < cells.size() ? cells[i] : std::string_view();
   }
   std::size_t rows() const override { return reader_.rows(); }
   std::string where() const override { return path_ + ":" + std::to_string(reader_.line()); }
@@ -49,6 +80,41 @@ std::size_t Table::index(const std::string& column) const {
               path_);
 }
 
+std::map<std::string, std::string> Table::described() const {
+  auto out = meta_;
+  const TableConvention& c = convention_;
+  for (const auto& [key, value] : {std::pair{"section", &c.section},
+                                   {"kind", &c.kind},
+                                   {"stamp", &c.stamp},
+                                   {"axes", &c.axes}})
+    if (!value->empty()) out[std::string("convention.") + key] = *value;
+  for (const auto& [key, names] : c.columns) {
+    std::string& list = out["convention.columns." + key];
+    for (const auto& n : names) list += (list.empty() ? "" : kBetween) + n;
+  }
+  return out;
+}
+
+void Table::take_convention() {
+  const std::string mark = "convention.";
+  for (auto it = meta_.lower_bound(mark); it != meta_.end() && it->first.starts_with(mark);
+       it = meta_.erase(it)) {
+    const std::string key = it->first.substr(mark.size());
+    const std::string& value = it->second;
+    if (key == "section") convention_.section = value;
+    if (key == "kind") convention_.kind = value;
+    if (key == "stamp") convention_.stamp = value;
+    if (key == "axes") convention_.axes = value;
+    if (!key.starts_with("columns.")) continue;
+    auto& names = convention_.columns[key.substr(8)];
+    for (std::size_t from = 0; from <= value.size();) {
+      const auto to = std::min(value.find(kBetween, from), value.size());
+      names.push_back(value.substr(from, to - from));
+      from = to + kBetween.size();
+    }
+  }
+}
+
 MemoryTable::MemoryTable(std::string path, TableConvention convention,
                          std::vector<std::string> header, std::vector<std::vector<double>> columns,
                          std::map<std::string, std::string> meta)
@@ -75,8 +141,22 @@ bool MemoryTable::next(std::span<double> row, Diagnostics&) {
 std::string MemoryTable::where() const { return path_ + ": row " + std::to_string(at_); }
 
 std::unique_ptr<Table> open_table(const std::string& path, const std::string& table) {
-  static_cast<void>(table);
+  if (is_h5(path)) return open_h5_table(path, table);
+  if (!table.empty())
+    throw Error(ErrorKind::kInput, "a CSV file is one table; it has no '" + table + "'", path);
   return std::make_unique<CsvTable>(path);
+}
+
+std::vector<std::string> tables_of(const std::string& path) {
+  if (is_h5(path)) return h5_tables(path);
+  return {""};
+}
+
+TableConvention convention_of(const std::string& path, const std::string& table) {
+  if (is_h5(path)) return open_h5_table(path, table)->convention();
+  TableConvention csv;
+  csv.format = "CSV";
+  return csv;
 }
 
 }  // namespace loxo

@@ -6,7 +6,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/num/error.hpp"
@@ -341,10 +340,7 @@ Json certificate(const Drive& drive, const DriveCalibration& result, const std::
   j["format"] = 1;
   j["name"] = drive.name;
   j["program_version"] = version;
-  const std::filesystem::path toml = std::filesystem::is_directory(drive.path)
-                                         ? std::filesystem::path(drive.path) / "drive.toml"
-                                         : std::filesystem::path(drive.path);
-  j["input_hash"] = file_hash(toml.string());
+  j["input_hash"] = file_hash(drive.folder.empty() ? drive.path : drive.toml_path);
   if (const auto* best = result.find(result.recommended)) {
     const double k_std = best->ln_k_std * best->k;
     j["method"] = best->method;

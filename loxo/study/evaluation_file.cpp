@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "loxo/study/evaluation_file.hpp"
 
-#include <filesystem>
-
 #include "loxo/log/drive.hpp"
 #include "loxo/log/solution_file.hpp"
 #include "loxo/num/error.hpp"
@@ -32,20 +30,17 @@ Json to_json(const Evaluation& e) {
 }
 
 Solution read_truth(const std::string& path, Ellipsoid& ellipsoid, Diagnostics& diagnostics) {
-  namespace fs = std::filesystem;
-  const fs::path p(path);
-  const bool is_drive = fs::is_directory(p) || p.extension() == ".toml";
-  if (!is_drive) return read_solution(path, ellipsoid, diagnostics);
+  if (!is_drive(path)) return read_solution(path, ellipsoid, diagnostics);
   const Drive drive = read_drive(path);
   if (!drive.reference.present)
     throw Error(ErrorKind::kInput,
                 "the drive has no [reference]: expected a truth file, or a drive that names one",
                 path);
   ellipsoid = drive.ellipsoid;
-  std::map<std::string, std::string> columns;
-  for (const auto& [key, names] : drive.reference.columns)
-    if (!names.empty()) columns[key] = names.front();
-  return read_solution(drive.reference.file, ellipsoid, diagnostics, columns);
+  Solution truth = read_reference(drive, diagnostics);
+  if (truth.rows.empty())
+    throw Error(ErrorKind::kInput, "no row could be read", drive.reference.file);
+  return truth;
 }
 
 }  // namespace loxo

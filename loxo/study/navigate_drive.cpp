@@ -25,6 +25,9 @@ constexpr double kBridgeStep =
     0.02;  // s: of the steps across a gap, so that the Earth model is followed
 constexpr double kHeightTau =
     20.0;  // s: of the loop toward an external height; longer than waves, far below Schuler
+// s: how often the latitude is looked at for a change of frame, and the state for having left its
+// domain. The hysteresis of 2 deg is two hours wide for a car, minutes for an aircraft.
+constexpr double kLookEvery = 0.5;
 constexpr double kSingularNote = 1e-3;  // m: an estimated error worth telling
 constexpr double kSingularBad = 1.0;    // m: beyond it later rows are not to be trusted
 
@@ -62,9 +65,6 @@ AnyState in_frame(const EarthModel& earth, FrameId frame, const EcefState<double
 }
 AnyState stepped(const EarthModel& earth, const AnyState& any, const StepIncrement<double>& u) {
   return std::visit([&](const auto& x) -> AnyState { return step(earth, x, u); }, any);
-}
-double sin_latitude(const EarthModel& earth, const AnyState& any) {
-  return normal_point(earth, to_ecef_state(earth, any).r).n.z;
 }
 bool finite(const EcefState<double>& e) {
   return std::isfinite(e.r.x + e.r.y + e.r.z) && std::isfinite(e.v.x + e.v.y + e.v.z) &&
@@ -178,9 +178,14 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
   const VerticalGains gains = make_vertical_gains(kHeightTau);
   double integral = 0;
   double t = begin.t;
+  double next_look = t;
   std::uint32_t pending = 0, lasting = 0;  // bits of the next row; bits of all rows from here
 
   auto emit = [&](double at, const EcefState<double>& e) {
+    if (!finite(e)) {
+      out.broken = true;
+      return;
+    }
     SolutionRow r = solution_row(drive.ellipsoid, at, e.r, e.v, e.q_eb);
     r.frame = frame;
     r.health = pending | lasting;
@@ -211,14 +216,17 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
           }
         },
         state);
-    if (!finite(to_ecef_state(earth, state))) {
+    if (t < next_look) return;
+    next_look = t + kLookEvery;
+    const EcefState<double> e = to_ecef_state(earth, state);
+    if (!finite(e)) {
       out.broken = true;
       return;
     }
     if (!o.auto_frame) return;
-    const FrameId wanted = frame_wanted(rule, frame, sin_latitude(earth, state));
+    const FrameId wanted = frame_wanted(rule, frame, normal_point(earth, e.r).n.z);
     if (wanted == frame) return;
-    state = in_frame(earth, wanted, to_ecef_state(earth, state));
+    state = in_frame(earth, wanted, e);
     frame = wanted;
     pending |= kHealthSwitched;
     ++out.switches;
@@ -254,7 +262,7 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
   // A row that falls on the loop's own time, or on the end of the first of a pair.
   auto row_at_end = [&](double at) {
     const double due = period > 0 ? static_cast<double>(next) * period : at;
-    if (out.broken || std::fabs(due - at) > kTimeSlack || (period <= 0 && !held.empty())) return;
+    if (out.broken || std::fabs(due - at) > kTimeSlack) return;
     AnyState copy = state;
     if (!held.empty()) copy = stepped(earth, copy, one(held.front()));
     emit(due, to_ecef_state(earth, copy));

@@ -72,7 +72,8 @@ class OutputFile {
   std::unique_ptr<Impl> impl_;
 };
 
-// FNV-1a 64-bit of a file's bytes as 16 hex digits: the input hash of certificates and solutions.
+// 64-bit hash of a file's bytes as 16 hex digits, the input hash of certificates and solutions:
+// FNV-1a of the tail behind the whole 64-byte strides, which go over eight lanes of words first.
 std::string file_hash(const std::string& path);
 
 }  // namespace loxo

@@ -4,17 +4,14 @@
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <cerrno>
-#include <climits>
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <iostream>
 #include <optional>
 
 #include "loxo/num/error.hpp"
+#include "loxo/text/aside.hpp"
 #include "loxo/text/csv.hpp"
 #include "loxo/text/gzip.hpp"
 
@@ -23,68 +20,25 @@ namespace {
 
 constexpr std::size_t kBuffer = 1u << 18;
 
-// Unfinished files, for the signal handler: only async-signal-safe calls may run there, so fixed
-// storage.
-struct Unfinished {
-  std::atomic<int> used{0};  // 0 free, 1 being filled, 2 to be removed on a signal
-  char path[PATH_MAX]{};
-};
-std::array<Unfinished, 64> unfinished;
-
-extern "C" void remove_unfinished(int signal) {
-  for (auto& u : unfinished) {
-    if (u.used.load() == 2) ::unlink(u.path);
-  }
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
-}
-
-// Only where nobody else (a campaign that can be resumed) listens already.
-void listen_to_signals() {
-  static const bool once = [] {
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ}) {
-      struct sigaction old {};
-      if (::sigaction(signal, nullptr, &old) == 0 && old.sa_handler == SIG_DFL)
-        std::signal(signal, remove_unfinished);
-    }
-    return true;
-  }();
-  static_cast<void>(once);
-}
-
-std::string folder_of(const std::string& path) {
-  const auto slash = path.rfind('/');
-  return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
-}
-
 }  // namespace
 
 struct OutputFile::Impl {
-  std::string path, temporary;
+  std::string path;
   int fd = -1;
-  bool own = true, rename = false, committed = false;
-  Unfinished* entry = nullptr;
+  bool own = true, committed = false;
+  std::optional<AsideFile> aside;
   std::string buffer, packed;
   std::optional<GzipSink> gzip;
 
   ~Impl() {
     if (own && fd >= 0) ::close(fd);
-    if (!committed && rename) ::unlink(temporary.c_str());
-    if (entry != nullptr) entry->used = 0;
-  }
-  [[noreturn]] void fail(int error) const {
-    throw Error(
-        ErrorKind::kWork,
-        std::string(error == ENOSPC || error == EDQUOT ? "disk full: " : "cannot be written: ") +
-            std::strerror(error),
-        path);
   }
   void put(std::string_view bytes) {
     while (!bytes.empty()) {
       const ssize_t n = ::write(fd, bytes.data(), bytes.size());
       if (n < 0) {
         if (errno == EINTR) continue;
-        fail(errno);
+        throw_unwritable(errno, path);
       }
       bytes.remove_prefix(static_cast<std::size_t>(n));
     }
@@ -114,40 +68,16 @@ OutputFile::OutputFile(const std::string& path) : impl_(std::make_unique<Impl>()
     return;
   }
   if (path.size() > 3 && path.substr(path.size() - 3) == ".gz") f.gzip.emplace();
-  std::string target = path;
   struct stat st {};
-  if (::stat(path.c_str(), &st) == 0) {
-    if (S_ISDIR(st.st_mode))
-      throw Error(ErrorKind::kWork, "is a folder; expected a file to write", path);
-    if (!S_ISREG(st.st_mode)) {  // a device or a pipe: nothing to rename
-      f.fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-      if (f.fd < 0) f.fail(errno);
-      return;
-    }
-    char real[PATH_MAX];
-    if (::realpath(path.c_str(), real) != nullptr) target = real;  // a link stays a link
+  if (::stat(path.c_str(), &st) == 0 && !S_ISREG(st.st_mode) && !S_ISDIR(st.st_mode)) {
+    f.fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);  // a device or a pipe: nothing to rename
+    if (f.fd < 0) throw_unwritable(errno, path);
+    return;
   }
-  const std::string folder = folder_of(target);
-  if (::stat(folder.c_str(), &st) != 0 || !S_ISDIR(st.st_mode)) {
-    throw Error(ErrorKind::kWork, "the folder '" + folder + "' does not exist", path);
-  }
-  static std::atomic<unsigned> number{0};
-  f.temporary = folder + "/." + target.substr(target.rfind('/') + 1) + ".part" +
-                std::to_string(::getpid()) + "-" + std::to_string(number++);
-  f.path = target;
-  listen_to_signals();
-  for (auto& u : unfinished) {
-    int expected = 0;
-    if (f.temporary.size() < sizeof u.path && u.used.compare_exchange_strong(expected, 1)) {
-      std::memcpy(u.path, f.temporary.c_str(), f.temporary.size() + 1);
-      u.used = 2;
-      f.entry = &u;
-      break;
-    }
-  }
-  f.fd = ::open(f.temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (f.fd < 0) f.fail(errno);
-  f.rename = true;
+  f.aside.emplace(path);
+  f.path = f.aside->path();
+  f.fd = ::open(f.aside->temporary().c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (f.fd < 0) throw_unwritable(errno, f.path);
 }
 OutputFile::~OutputFile() = default;
 OutputFile::OutputFile(OutputFile&&) noexcept = default;
@@ -173,27 +103,52 @@ void OutputFile::commit() {
   if (f.own) {
     const int fd = f.fd;
     f.fd = -1;
-    if (::close(fd) != 0) f.fail(errno);
+    if (::close(fd) != 0) throw_unwritable(errno, f.path);
   }
-  if (f.rename && std::rename(f.temporary.c_str(), f.path.c_str()) != 0) f.fail(errno);
+  if (f.aside) f.aside->commit();
   f.committed = true;
-  if (f.entry != nullptr) {
-    f.entry->used = 0;
-    f.entry = nullptr;
-  }
 }
 
 std::string file_hash(const std::string& path) {
-  std::FILE* file = std::fopen(path.c_str(), "rb");
-  if (file == nullptr) throw Error(ErrorKind::kInput, std::strerror(errno), path);
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  static thread_local std::array<unsigned char, 1u << 16> block;
-  for (std::size_t n; (n = std::fread(block.data(), 1, block.size(), file)) > 0;) {
-    for (std::size_t i = 0; i < n; ++i) hash = (hash ^ block[i]) * 0x100000001b3u;
+  constexpr std::uint64_t kBasis = 0xcbf29ce484222325u, kPrime = 0x100000001b3u;
+  constexpr std::size_t kLanes = 8, kStride = 8 * kLanes;
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) throw Error(ErrorKind::kInput, std::strerror(errno), path);
+  std::uint64_t lane[kLanes];
+  for (std::size_t i = 0; i < kLanes; ++i) lane[i] = kBasis + i;
+  alignas(64) static thread_local std::array<char, 1u << 17> block;
+  std::size_t held = 0;
+  bool whole = false;
+  for (;;) {
+    const ssize_t n = ::read(fd, block.data() + held, block.size() - held);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      const int error = errno;
+      ::close(fd);
+      throw Error(ErrorKind::kInput, std::string("cannot be read: ") + std::strerror(error), path);
+    }
+    held += static_cast<std::size_t>(n);
+    std::size_t at = 0;
+    for (; at + kStride <= held; at += kStride) {
+      for (std::size_t i = 0; i < kLanes; ++i) {
+        std::uint64_t w;
+        std::memcpy(&w, block.data() + at + 8 * i, 8);
+        lane[i] = (lane[i] ^ w) * kPrime;
+        lane[i] ^= lane[i] >> 32;  // a product carries upwards only
+      }
+      whole = true;
+    }
+    std::memmove(block.data(), block.data() + at, held - at);
+    held -= at;
+    if (n == 0) break;
   }
-  const bool bad = std::ferror(file) != 0;
-  std::fclose(file);
-  if (bad) throw Error(ErrorKind::kInput, "cannot be read (a folder?)", path);
+  ::close(fd);
+  std::uint64_t hash = kBasis;
+  const auto add = [&](unsigned char c) { hash = (hash ^ c) * kPrime; };
+  if (whole)
+    for (const std::uint64_t h : lane)
+      for (int k = 0; k < 64; k += 8) add(static_cast<unsigned char>(h >> k));
+  for (std::size_t i = 0; i < held; ++i) add(static_cast<unsigned char>(block[i]));
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
   return text;
