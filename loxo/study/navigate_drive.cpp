@@ -26,8 +26,8 @@ constexpr double kBridgeStep =
 constexpr double kHeightTau =
     20.0;  // s: of the loop toward an external height; longer than waves, far below Schuler
 // s: how often the latitude is looked at for a change of frame, and the state for having left its
-// domain. The hysteresis of 2 deg is two hours wide for a car, minutes for an aircraft.
-constexpr double kLookEvery = 0.5;
+// domain. The hysteresis of 2 deg is hours wide for a car, minutes for an aircraft.
+constexpr double kLookEvery = 0.1;
 constexpr double kSingularNote = 1e-3;  // m: an estimated error worth telling
 constexpr double kSingularBad = 1.0;    // m: beyond it later rows are not to be trusted
 
