@@ -4,10 +4,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
+#include "loxo/log/drive.hpp"
+#include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/study/filter_drive.hpp"
+#include "loxo/text/csv.hpp"
 
 namespace loxo::cli {
 Json to_json(const AlignmentReport& a) {
@@ -51,6 +55,35 @@ std::string alignment_text(const AlignmentReport& a) {
     text += fmt::format("latitude by gravity and the Earth's turn: {:.3f} deg +- {:.2g} deg\n",
                         a.latitude / deg, a.latitude_std / deg);
   return text;
+}
+
+FrameOption frame_option(const NavigateOptions& o) {
+  FrameOption f;
+  f.automatic = o.frame == "auto";
+  for (FrameId id : {FrameId::kGeographic, FrameId::kTransverse, FrameId::kGrid, FrameId::kWander,
+                     FrameId::kEcef})
+    if (frame_name(id) == o.frame) f.frame = id;
+  return f;
+}
+
+bool is_binary(const std::string& output) { return output.size() > 3 && output.ends_with(".h5"); }
+
+double output_period(const NavigateOptions& o, const std::string& output) {
+  const double rate = option_quantity(o.output_rate, Dimension::kFrequency, "--output-rate");
+  if (!(rate > 0) || !std::isfinite(rate))
+    throw Error(ErrorKind::kUsage, "the rate must be positive", "--output-rate");
+  return is_binary(output) ? 0.0 : 1.0 / rate;
+}
+
+std::map<std::string, std::string> solution_meta(const NavigateOptions& o, const Drive& drive) {
+  std::map<std::string, std::string> meta = {{"mode", o.mode},
+                                             {"ellipsoid", drive.ellipsoid.name},
+                                             {"version", LOXO_VERSION},
+                                             {"drive", drive.name}};
+  const std::string input = resolve_path(drive.imu.file, drive.folder);
+  if (drive.imu.present && std::filesystem::is_regular_file(input))
+    meta["input_hash"] = file_hash(input);
+  return meta;
 }
 
 void add_navigate(CLI::App& app, Globals& globals) {

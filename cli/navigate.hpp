@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `loxo navigate`: the options of all modes; one file per family of modes.
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,8 @@
 
 namespace loxo {
 struct AlignmentReport;  // study/filter_drive.hpp
-}
+struct Drive;            // log/drive.hpp
+}  // namespace loxo
 
 namespace loxo::cli {
 
@@ -35,6 +37,19 @@ struct NavigateOptions {
 // How the start was aligned and how well it can be known; keys of --json, and lines of text.
 Json to_json(const AlignmentReport& report);
 std::string alignment_text(const AlignmentReport& report);
+
+// What the modes share. The frame asked for; `automatic` with the geographic one to begin with.
+struct FrameOption {
+  bool automatic = false;
+  FrameId frame = FrameId::kGeographic;
+};
+FrameOption frame_option(const NavigateOptions& options);
+// Seconds between rows; 0, every step, for the binary form. Throws Error(kUsage).
+double output_period(const NavigateOptions& options, const std::string& output);
+bool is_binary(const std::string& output);
+// The head of a solution: mode, ellipsoid, version, drive, hash of the IMU's file.
+std::map<std::string, std::string> solution_meta(const NavigateOptions& options,
+                                                 const Drive& drive);
 
 int navigate_reckon(const Globals& globals, const NavigateOptions& options);  // navigate_reckon.cpp
 int navigate_inertial(const Globals& globals,

@@ -9,6 +9,7 @@
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/study/filter_drive.hpp"
+#include "loxo/study/reckon_drive.hpp"
 #include "loxo/text/csv.hpp"
 #include "loxo/text/nearest.hpp"
 
@@ -35,13 +36,16 @@ std::vector<std::string> split(const std::string& text, const std::string& optio
   return out;
 }
 
-FilterOptions options_of(const NavigateOptions& o, bool binary) {
+FilterOptions options_of(const NavigateOptions& o, const std::string& output) {
   FilterOptions f;
   f.smooth = o.mode == "smooth";
-  f.auto_frame = o.frame == "auto";
-  for (FrameId id : {FrameId::kGeographic, FrameId::kTransverse, FrameId::kGrid, FrameId::kWander,
-                     FrameId::kEcef})
-    if (frame_name(id) == o.frame) f.frame = id;
+  const FrameOption frame = frame_option(o);
+  f.auto_frame = frame.automatic;
+  f.frame = frame.frame;
+  const double meridian = option_quantity(o.meridian, Dimension::kAngle, "--meridian");
+  if (!(std::fabs(meridian) <= 2 * kPi))
+    throw Error(ErrorKind::kUsage, "expected an angle within a turn, found " + o.meridian,
+                "--meridian");
   f.vertical = o.vertical;
   f.only = split(o.use, "--use");
   f.without = split(o.without, "--without");
@@ -61,10 +65,14 @@ FilterOptions options_of(const NavigateOptions& o, bool binary) {
       throw Error(ErrorKind::kUsage, "an outage lasts longer than 0 s", "--outage");
     f.outages.emplace_back(begin, length);
   }
-  const double rate = option_quantity(o.output_rate, Dimension::kFrequency, "--output-rate");
-  if (!(rate > 0)) throw Error(ErrorKind::kUsage, "the rate must be positive", "--output-rate");
-  f.output_period = binary ? 0.0 : 1.0 / rate;
+  // The smoother's rows are the tape's epochs, at most 10 Hz.
+  f.output_period = output_period(o, o.mode == "smooth" ? "" : output);
   f.force = o.force;
+  if (!o.calibration.empty()) {
+    const ReckonCalibration c = read_calibration(o.calibration);
+    f.calibrated = true;
+    f.k = c.k, f.k_std = c.k_std, f.eps = c.eps, f.eps_std = c.eps_std;
+  }
   return f;
 }
 
@@ -119,18 +127,17 @@ Json json_of(const FilterResult& r, const NavigateOptions& o, const Diagnostics&
 }  // namespace
 
 int navigate_filter(const Globals& globals, const NavigateOptions& options) {
-  const bool binary = options.mode != "smooth" && globals.output.size() > 3 &&
-                      globals.output.rfind(".h5") == globals.output.size() - 3;
-  FilterOptions f = options_of(options, binary);
+  FilterOptions f = options_of(options, globals.output);
   const Drive drive = read_drive(options.drive, globals.sets);
   Diagnostics diagnostics = drive.diagnostics;
   std::unique_ptr<SolutionWriter> writer;
   if (!globals.output.empty()) {
-    std::map<std::string, std::string> meta = {{"mode", options.mode},
-                                               {"ellipsoid", drive.ellipsoid.name},
-                                               {"version", LOXO_VERSION},
-                                               {"drive", drive.name},
-                                               {"mechanization", "ecef"}};
+    std::map<std::string, std::string> meta = solution_meta(options, drive);
+    // Strapdown and covariance stand on ECEF axes; the frame is that of the rows.
+    meta["mechanization"] = "ecef";
+    meta["frame"] = options.frame;
+    if (options.frame == "transverse" || options.frame == "auto")
+      meta["meridian"] = options.meridian;
     writer = std::make_unique<SolutionWriter>(globals.output, meta, options.precision);
   }
   if (options.mode == "segmented") {

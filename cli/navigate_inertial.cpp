@@ -30,18 +30,14 @@ const char* vertical_name(VerticalMode v) {
   return "free";
 }
 
-InertialOptions options_of(const NavigateOptions& o, bool binary) {
+InertialOptions options_of(const NavigateOptions& o, const std::string& output) {
   InertialOptions f;
-  f.auto_frame = o.frame == "auto";
-  for (FrameId id : {FrameId::kGeographic, FrameId::kTransverse, FrameId::kGrid, FrameId::kWander,
-                     FrameId::kEcef})
-    if (frame_name(id) == o.frame) f.frame = id;
+  const FrameOption frame = frame_option(o);
+  f.auto_frame = frame.automatic;
+  f.frame = frame.frame;
   f.meridian = option_quantity(o.meridian, Dimension::kAngle, "--meridian");
   f.vertical = o.vertical;
-  const double rate = option_quantity(o.output_rate, Dimension::kFrequency, "--output-rate");
-  if (!(rate > 0) || !std::isfinite(rate))
-    throw Error(ErrorKind::kUsage, "the rate must be positive", "--output-rate");
-  f.output_period = binary ? 0.0 : 1.0 / rate;
+  f.output_period = output_period(o, output);
   f.force = o.force;
   return f;
 }
@@ -50,20 +46,13 @@ InertialOptions options_of(const NavigateOptions& o, bool binary) {
 
 int navigate_inertial(const Globals& globals, const NavigateOptions& options) {
   const std::string& path = globals.output;
-  const bool binary = path.size() > 3 && path.rfind(".h5") == path.size() - 3;
-  const InertialOptions o = options_of(options, binary);
+  const InertialOptions o = options_of(options, path);
   const Drive drive = read_drive(options.drive, globals.sets);
   Diagnostics diagnostics = drive.diagnostics;
   std::unique_ptr<SolutionWriter> writer;
   if (!path.empty()) {
-    std::map<std::string, std::string> meta = {{"mode", "inertial"},
-                                               {"frame", options.frame},
-                                               {"ellipsoid", drive.ellipsoid.name},
-                                               {"version", LOXO_VERSION},
-                                               {"drive", drive.name}};
-    const std::string input = resolve_path(drive.imu.file, drive.folder);
-    if (drive.imu.present && std::filesystem::is_regular_file(input))
-      meta["input_hash"] = file_hash(input);
+    std::map<std::string, std::string> meta = solution_meta(options, drive);
+    meta["frame"] = options.frame;
     writer = std::make_unique<SolutionWriter>(path, meta, options.precision);
   }
   const InertialResult r = inertial_drive(

@@ -32,6 +32,7 @@ struct Spec {
   double length = 240;
   std::string fix_errors = "errors = { position = \"3 m\" }\n";
   std::string extra;
+  double gyro_up = 1.0;  // factor on the up gyro: -1 is a wrong axis
   std::string start =
       "alignment = { kind = \"static\", duration = \"60 s\" }\nattitude = { heading = \"34.3775 "
       "deg\", heading_std = \"1 deg\" }\n";
@@ -68,8 +69,8 @@ fs::path write_drive(const std::string& name, const Spec& spec) {
     const Vec<Body>& a = route.dtheta[i];
     const Vec<Body>& b = route.dv[i];
     imu << t << ',' << a.x / dt + w * g(rng) << ',' << a.y / dt + w * g(rng) << ','
-        << a.z / dt + w * g(rng) << ',' << b.x / dt + f * g(rng) << ',' << b.y / dt + f * g(rng)
-        << ',' << b.z / dt + f * g(rng) << '\n';
+        << spec.gyro_up * a.z / dt + w * g(rng) << ',' << b.x / dt + f * g(rng) << ','
+        << b.y / dt + f * g(rng) << ',' << b.z / dt + f * g(rng) << '\n';
     if (i % 5 == 0) {
       double ds = route.distance[i] - route.distance[i - 5];
       if (spec.unsigned_reverse) ds = std::fabs(ds);
@@ -247,6 +248,114 @@ TEST(Filter, OptionsAreChecked) {
   }
   EXPECT_EQ(
       navigate(d, "filter", "--use odometer,nhc,zupt,zaru --outage 100s:50s").result.exit_code, 0);
+}
+
+Solution solution_of(const fs::path& path) {
+  Diagnostics d;
+  return read_solution(path.string(), wgs84(), d);
+}
+// The frame of the rows is a choice of words: covariance and strapdown stand on ECEF axes.
+TEST(Filter, EveryFrameGivesTheSameSolution) {
+  Spec spec;
+  spec.length = 120;
+  const fs::path d = write_drive("frames", spec);
+  Solution first;
+  for (const char* frame : {"ecef", "geographic", "transverse", "grid", "wander", "auto"}) {
+    const Ran r = navigate(d, "filter", std::string("--meridian 12deg --frame ") + frame);
+    ASSERT_EQ(r.result.exit_code, 0) << frame << r.result.err;
+    const Solution s = solution_of(r.solution);
+    const std::string want = std::string(frame) == "auto" ? "geographic" : frame;
+    for (const SolutionRow& row : s.rows) ASSERT_EQ(frame_name(row.frame), want);
+    if (first.rows.empty()) {
+      first = s;
+      continue;
+    }
+    ASSERT_EQ(s.rows.size(), first.rows.size());
+    EXPECT_EQ(s.rows.back().x, first.rows.back().x) << frame;
+    EXPECT_EQ(s.rows.back().std_e, first.rows.back().std_e) << frame;
+  }
+  const Ran r = navigate(d, "filter", "--meridian 12");
+  EXPECT_EQ(r.result.exit_code, 2);
+  EXPECT_NE(r.result.err.find("--meridian"), std::string::npos) << r.result.err;
+}
+TEST(Filter, StartsFromACertificate) {
+  Spec spec;
+  spec.length = 150;
+  const fs::path d = write_drive("certificate", spec);
+  const fs::path c = d / "cert.json";
+  std::ofstream(c) << R"({"k": 1.02, "k_std": 1e-4, "eps_deg": 1.0, "eps_std_deg": 0.01})";
+  for (const char* mode : {"filter", "smooth"}) {
+    const Ran r = navigate(d, mode, "--json --no-fixes --calibration " + c.string());
+    ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+    const Json j = parse_json(r.result.out, "stdout");
+    const double k = j["constants"]["k"], ks = j["constants"]["k_std"],
+                 eps = j["constants"]["eps_deg"], es = j["constants"]["eps_deg_std"];
+    // No more than the certificate's own sigma and the walk of k over the drive.
+    EXPECT_LT(ks, std::hypot(1e-4, 3e-5 * std::sqrt(spec.length)) * 1.001);
+    EXPECT_NEAR(k, 1.02, 4 * ks);
+    EXPECT_LE(es, 0.0101);
+    EXPECT_NEAR(eps, 1.0, 4 * es);
+  }
+  const Ran s = navigate(d, "segmented", "--json --calibration " + c.string());
+  ASSERT_EQ(s.result.exit_code, 0) << s.result.err;
+  fs::remove(d / "filter.csv");
+  std::ofstream(c) << R"({"k": 1.02, "k_std": -1, "eps_deg": 1.0})";
+  const Ran bad = navigate(d, "filter", "--calibration " + c.string());
+  EXPECT_EQ(bad.result.exit_code, 3);
+  EXPECT_NE(bad.result.err.find("k_std"), std::string::npos) << bad.result.err;
+  EXPECT_FALSE(fs::exists(bad.solution));
+  EXPECT_EQ(navigate(d, "filter", "--calibration nowhere.json").result.exit_code, 3);
+}
+TEST(Filter, VerticalModes) {
+  Spec spec;
+  spec.length = 150;
+  const fs::path d = write_drive("vertical", spec);
+  auto worst = [&](const Ran& r) {
+    double w = 0;
+    for (const SolutionRow& row : solution_of(r.solution).rows)
+      w = std::max(w, std::fabs(row.h - 100));
+    return w;
+  };
+  for (const auto& [mode, limit] :
+       {std::pair<const char*, double>{"free", 60.0}, {"fixed", 1.0}, {"ship", 15.0}}) {
+    const Ran r = navigate(d, "filter", std::string("--no-fixes --without nhc --vertical ") + mode);
+    ASSERT_EQ(r.result.exit_code, 0) << mode << r.result.err;
+    EXPECT_LT(worst(r), limit) << mode;
+  }
+  const Ran refused = navigate(d, "filter", "--vertical external");
+  EXPECT_EQ(refused.result.exit_code, 3);
+  EXPECT_NE(refused.result.err.find("[height]"), std::string::npos) << refused.result.err;
+
+  Spec with = spec;
+  with.extra =
+      "[height]\nfile = \"h.csv\"\ncolumns = { time = \"t_s\", height = \"h_m\" }\nerrors = { "
+      "height = \"0.5 m\" }\n";
+  const fs::path e = write_drive("heights", with);
+  std::ofstream h(e / "h.csv");
+  h << "t_s,h_m\n";
+  for (int i = 0; i <= 150; ++i) h << i << ',' << 100 + 0.5 * std::sin(2.1 * i) << '\n';
+  h.close();
+  for (const char* option : {"--vertical external", ""}) {  // the default where there are heights
+    const Ran r = navigate(e, "filter", std::string("--json --no-fixes --without nhc ") + option);
+    ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+    EXPECT_LT(worst(r), 2.0) << option;
+    EXPECT_GT(static_cast<int>(parse_json(r.result.out, "stdout")["innovations"]["height"]["used"]),
+              50)
+        << option;
+  }
+}
+// A wrong axis: every turn contradicts fixes and wheel.
+TEST(Filter, DivergenceIsFoundSaidAndItsRowsAreKept) {
+  Spec spec;
+  spec.gyro_up = -1;
+  const Ran r = navigate(write_drive("diverges", spec), "filter");
+  EXPECT_EQ(r.result.exit_code, 1) << r.result.err;
+  EXPECT_NE(r.result.err.find("diverged"), std::string::npos) << r.result.err;
+  const Solution s = solution_of(r.solution);
+  ASSERT_GT(s.rows.size(), 500u);
+  EXPECT_LT(s.rows.back().t, 239);
+  spec.gyro_up = 1;
+  EXPECT_EQ(navigate(write_drive("does_not", spec), "filter").result.exit_code, 0);
 }
 
 }  // namespace

@@ -268,6 +268,8 @@ bool Navigator::scalar(Sensor sensor, const ScalarMeasurement& m, double z, doub
   const Weighed w = weigh(y, a.s0, r, gate);
   counts_[static_cast<int>(sensor)].add(y, a.s0 + r, w);
   if (out) *out = w;
+  if (sensor != Sensor::kFix && sensor != Sensor::kZeroVelocity && sensor != Sensor::kZeroRate)
+    contradict(w.nis);
   if (w.verdict == Verdict::kRejected) {
     health_ |= kHealthRejected;
     return false;
@@ -417,6 +419,20 @@ void Navigator::run_pending() {
                z.v[i], r, config_.gate);
     close();
   }
+}
+
+void Navigator::contradict(double nis) {
+  const double tau = config_.contradiction_time,
+               keep = exp(-max(s_.t - contradiction_t_, 0.0) / tau);
+  contradiction_t_ = s_.t;
+  contradiction_ = keep * contradiction_ + min(nis, 100.0);
+  contradiction_n_ = keep * contradiction_n_ + 1.0;
+  if (contradiction_n_ < 10.0 || !(contradiction_ > config_.contradiction * contradiction_n_)) {
+    contradicted_since_ = 1e300;
+    return;
+  }
+  contradicted_since_ = min(contradicted_since_, s_.t);
+  if (s_.t - contradicted_since_ > 2.0 * tau) standing_health_ |= kHealthDiverged;
 }
 
 void Navigator::judge_odometer(const Weighed& w, double y, double t) {
@@ -577,6 +593,7 @@ void Navigator::use_fix(const Fix& f, bool user) {
     return sum;
   };
   const double n2 = norm2(y);
+  contradict(n2 / n);
   double factor = 0;
   if (!(n2 <= kChi95[n])) factor = sqrt(n2 / kChi95[n]) - 1.0;
   if (!(n2 <= kChiGate[n])) {

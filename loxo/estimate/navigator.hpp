@@ -60,6 +60,10 @@ struct NavigatorConfig {
   double vertical_std = 0;  // > 0: height held to the start's with this sigma at 1 Hz (fixed, ship)
   Gate gate;
   double gap_rate = 0.03, gap_force = 0.7;  // rad/s, m/s^2: what may happen inside a gap (1.5)
+  // Divergence: the mean of y^2/S over `contradiction_time`, each capped at 100, stays above
+  // `contradiction` for twice that time. The gate alone would hide it: a filter that rejects
+  // everything looks calm.
+  double contradiction = 25.0, contradiction_time = 30.0;
   double lock_time = 30.0;     // s of motion until rejection must end: longer than a slip, shorter
                                // than an INS's memory
   double product_epoch = 1.0;  // s between epochs on the tape
@@ -143,6 +147,7 @@ class Navigator {
   void run_pending();
   void use_tick(const OdometerTick& tick);
   void use_fix(const Fix& fix, bool user);
+  void contradict(double nis);
   void judge_odometer(const Weighed& w, double y, double t);
   void reset_accumulator(int axis, double value);
 
@@ -172,6 +177,8 @@ class Navigator {
   double odometer_used_t_ = -1e300, rejected_since_ = 1e300, inflated_t_ = -1e300,
          fix_rejected_since_ = 1e300;
   double stopped_t_ = 0;
+  double contradiction_ = 0, contradiction_n_ = 0, contradiction_t_ = -1e300,
+         contradicted_since_ = 1e300;
   std::unique_ptr<Pending> pending_;
 
  public:

@@ -107,7 +107,7 @@ TEST(FilterConsistency, NeesIsInItsBandOnEveryRoute) {
   const char* given = std::getenv("LOXO_TEST_SEED");
   const std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 1;
   const int runs = all ? 200 : 20;
-  const double length = all ? 660 : 120;
+  const double length = all ? 400 : 120;
   std::printf("seed %llu, %d runs a route, %.0f s\n", static_cast<unsigned long long>(seed), runs,
               length);
   for (const bool fixes : {false, true}) {

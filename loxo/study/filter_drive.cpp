@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "loxo/estimate/smoother.hpp"
+#include "loxo/ins/handover.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/study/filter_start.hpp"
@@ -26,18 +27,14 @@ SolutionRow row_at(const Navigator& nav, double age, FrameId frame) {
   return solution_row(nav.config().ellipsoid, s, nav.covariance(), frame, nav.health());
 }
 
-// The frame of a row, with hysteresis (polar.md 3.4).
+// The frame of a row, by the same rule as the strapdown loop's (polar.md 3.4).
 class FrameChoice {
  public:
   explicit FrameChoice(const FilterOptions& o) : auto_(o.auto_frame), frame_(o.frame) {}
   void apply(SolutionRow& r) {
     if (auto_) {
       const FrameId before = frame_;
-      const double lat = std::fabs(r.lat);
-      if (frame_ != FrameId::kTransverse && lat > 80 * deg)
-        frame_ = FrameId::kTransverse;
-      else if (frame_ == FrameId::kTransverse && lat < 78 * deg)
-        frame_ = FrameId::kGeographic;
+      frame_ = frame_wanted(SwitchRule{}, frame_, std::sin(r.lat));
       if (frame_ != before && started_) r.health |= kHealthSwitched;
     }
     started_ = true;
@@ -88,6 +85,11 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
     throw Error(ErrorKind::kInput,
                 "the filter needs [imu]; a drive with [track] or [attitude] is for --mode reckon",
                 drive.path);
+  if (o.vertical == "external" && !drive.height.present)
+    throw Error(ErrorKind::kInput,
+                "an external height needs [height] (file, columns time and height) in the drive; "
+                "without it: --vertical free, fixed or ship",
+                "height");
   DriveMeasurements m = read_measurements(drive, o, d);
   FilterResult out;
   auto reader = std::make_unique<ImuReader>(drive, d);
@@ -183,7 +185,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
     ++out.imu_samples;
     carried |= nav.health();
     travelled += norm(nav.state().v) * (nav.t() - before);
-    if (nav.diverged()) {
+    if (nav.diverged() || (nav.health() & kHealthDiverged)) {
       out.diverged = true;
       out.diverged_t = nav.t();
       break;

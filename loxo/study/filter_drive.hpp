@@ -30,9 +30,10 @@ struct FilterOptions {
   double output_period = 0.1;  // s; 0: every sample
   double until = std::numeric_limits<double>::infinity();  // s: stop there
   bool force = false;
-  // From a certificate: k, eps and their sigmas.
+  // From a certificate: k, eps and their sigmas (kNone: not stated, those of a drive that says
+  // nothing).
   bool calibrated = false;
-  double k = 1, k_std = 0, eps = 0, eps_std = 0;
+  double k = 1, k_std = kNone, eps = 0, eps_std = kNone;
   // Start states that a caller has prepared (sweeps): heading error put on top, rad.
   double progress_every = 0;
   std::function<void(double)> progress;

@@ -496,9 +496,9 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   c.eps_p = drive.odometer_mounting_pitch;
   if (o.calibrated) {
     c.scale = o.k;
-    c.scale_std = std::max(o.k_std, 1e-6);
+    if (given(o.k_std)) c.scale_std = std::max(o.k_std, 1e-6);
     c.eps_h = o.eps;
-    c.eps_std = std::max(o.eps_std, 1e-6);
+    if (given(o.eps_std)) c.eps_std = std::max(o.eps_std, 1e-6);
   }
   for (int i = 0; i < 3; ++i) c.lever[i] = drive.odometer_lever[i];
   c.lever_std = drive.odometer_lever_given ? 0.02 : drive.fix.present ? 1.0 : 0.3;

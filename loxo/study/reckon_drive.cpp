@@ -149,6 +149,15 @@ ReckonCalibration read_calibration(const std::string& path) {
   if (!(c.k > 0))
     throw Error(ErrorKind::kInput, fmt::format("expected a scale above 0, found {}", c.k),
                 path + ": key k");
+  for (const auto& [key, out, unit] :
+       {std::tuple<const char*, double*, double>{"k_std", &c.k_std, 1.0},
+        {"eps_std_deg", &c.eps_std, deg}}) {
+    if (!j->contains(key) || j->at(key).is_null()) continue;
+    *out = number_of(*j, key, where) * unit;
+    if (!(*out >= 0))
+      throw Error(ErrorKind::kInput, fmt::format("expected a sigma of at least 0, found {}", *out),
+                  path + ": key " + key);
+  }
   c.heading_model = text_of(*j, "heading_model");
   if (c.heading_model.empty()) c.heading_model = text_of(file, "heading_model");
   if (!c.heading_model.empty() && c.heading_model != "independent" &&

@@ -11,8 +11,9 @@ namespace loxo {
 
 // k and eps of a certificate, taken out of every step: ds / k, heading - eps.
 struct ReckonCalibration {
-  double k = 1, eps = 0;      // 1, rad
-  std::string heading_model;  // "" where the certificate does not say
+  double k = 1, eps = 0;                  // 1, rad
+  double k_std = kNone, eps_std = kNone;  // kNone where the certificate does not say
+  std::string heading_model;              // "" where the certificate does not say
 };
 // A certificate as `loxo calibrate -o` writes it: k and eps_deg at the top, under "result", or
 // under the recommended of its "methods". Throws Error(kInput) naming file and key.
