@@ -56,6 +56,19 @@ void add_transfer(CLI::App& app, Globals& globals) {
   budget->add_option("--meridian", o->meridian, "reference meridian, with its unit");
   budget->add_option("--draws", o->draws, "of the Monte Carlo beside the formula");
   reference_and_unit(budget);
+  CLI::App* trial = add_subcommand(
+      *transfer, globals, "test",
+      "this unit in the polar region: free-inertial drift at home and at the pole, and why they "
+      "differ; -o PAGE.html for the page",
+      "loxo transfer test DRIVE --angle 58.96deg --meridian 122.9deg -o polar.html",
+      [o, &globals] { return transfer_trial(globals, *o); });
+  trial->add_option("DRIVE", o->drive, "the recorded drive: [imu] and [reference]");
+  trial->add_option("--angle", o->angle, "of the transfer, with its unit");
+  trial->add_option("--meridian", o->meridian, "reference meridian, with its unit");
+  trial->add_option("--keep", o->keep, "path (default) or velocity");
+  trial->add_option("--windows", o->windows, "lengths of the windows, as 60s,300s (default)")
+      ->delimiter(',');
+  reference_and_unit(trial);
   CLI::App* plan = add_subcommand(
       *transfer, globals, "plan",
       "from which latitude, with which reference, is the conversion error small beside the unit's "

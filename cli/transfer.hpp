@@ -2,6 +2,7 @@
 // `loxo transfer`: options shared by the drive, its budget, its plan and the table of rates.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "cli/command.hpp"
 #include "loxo/earth/ellipsoid.hpp"
@@ -24,12 +25,14 @@ struct TransferOptions {
   std::string share = "0.1";  // of the unit's own errors
   bool trim = false;          // leave out what the reference does not cover
   unsigned draws = 200;       // budget: Monte Carlo beside the formula
+  std::vector<std::string> windows;  // test: lengths of the free-inertial windows
   std::string latitude;       // plan: one home latitude instead of a table
 };
 
 int transfer_rates(const Globals& globals, const TransferOptions& options);   // transfer_rates.cpp
 int transfer_drive(const Globals& globals, const TransferOptions& options);   // transfer_drive.cpp
 int transfer_budget(const Globals& globals, const TransferOptions& options);  // transfer_budget.cpp
+int transfer_trial(const Globals& globals, const TransferOptions& options);  // transfer_trial.cpp
 int transfer_plan(const Globals& globals, const TransferOptions& options);    // transfer_plan.cpp
 // The move that --angle, --meridian, --earth and --keep ask for. Throws Error(kUsage).
 PolarMove polar_move(const Drive& drive, const TransferOptions& options);  // transfer_drive.cpp

@@ -33,6 +33,8 @@ PolarMove polar_move(const Drive& drive, const TransferOptions& o) {
                        o.keep == "velocity" ? Keep::kVelocity : Keep::kPath};
   if (std::fabs(move.angle) > 2 * kPi)
     throw Error(ErrorKind::kUsage, "expected an angle within -360 to 360 deg", "--angle");
+  if (std::fabs(move.lon0) > 2 * kPi)
+    throw Error(ErrorKind::kUsage, "expected a meridian within -360 to 360 deg", "--meridian");
   return move;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "program.hpp"
 #include "shared_folder.hpp"
@@ -201,6 +202,146 @@ TEST(TransferDrive, ADriveWithoutImuIsMovedAsWell) {
                                                number(given.at("heading_deg")[j]))));
   }
   EXPECT_GT(largest, 10);  // seen from the pole the headings are others
+}
+
+double key(const std::string& json, const std::string& name) {
+  const auto at = json.find("\"" + name + "\":");
+  return at == std::string::npos ? std::nan("") : number(json.substr(at + name.size() + 3));
+}
+
+TEST(TransferTest, PoleAndHomeDifferByPhysicsAndByTheConversion) {
+  // A simulated drive whose reference is the truth: with no error of the reference nothing is left
+  // but the second order.
+  const std::string drive = scratch_folder() + "/trial", page = scratch_folder() + "/trial.html";
+  ASSERT_EQ(run("simulate city-drive --quiet -o " + drive).exit_code, 0);
+  const std::string base =
+      "transfer test " + drive + " --angle 41.8deg --meridian 11.5deg --windows 60s,200s ";
+  const Outcome told = run(base + "--json -o " + page);
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_EQ(key(told.out, "within_budget"), 1.0);
+  EXPECT_GT(slurp(page).size(), 10000u);
+  EXPECT_NE(slurp(page).find("This unit in the polar region"), std::string::npos);
+  const Outcome exact =
+      run(base + "--json --heading-error 0deg --level-error 0deg --velocity-error 0m/s");
+  ASSERT_EQ(exact.exit_code, 0) << exact.err;
+  const auto at = exact.out.find("\"unexplained_m\"");
+  ASSERT_NE(at, std::string::npos);
+  const double rest = key(exact.out.substr(at), "p95");
+  const auto diff = exact.out.find("\"difference_m\"");
+  // Of the difference at least nine tenths are accounted for (or both are below a millimetre).
+  EXPECT_LT(rest, std::max(1e-3, 0.1 * key(exact.out.substr(diff), "p95"))) << exact.out;
+  EXPECT_EQ(
+      run("transfer test " + drive + " --angle 41.8deg --meridian 11.5deg --windows 0s").exit_code,
+      2);
+  EXPECT_EQ(run("transfer test " + drive + " --angle 41.8deg --meridian 11.5deg --windows 9000s")
+                .exit_code,
+            3);
+}
+
+TEST(TransferTest, RealUnitsPerformAtThePoleAsAtHome) {
+  if (shared_folder("data").empty()) GTEST_SKIP() << "no shared/data";
+  ::setenv("LOXO_DATA", shared_folder("data").c_str(), 1);
+  const std::string drives = std::string(source_folder()) + "/examples/drives/";
+  // The references' accuracy is what the sets' descriptions say.
+  struct Case {
+    const char *drive, *options;
+  };
+  for (const Case& c :
+       {Case{"kingston2008_a",
+             "--angle 45.77deg --meridian -76.5deg --heading-error 6arcmin "
+             "--level-error 1.2arcmin --velocity-error 0.05m/s"},
+        Case{"kitti_2011_10_03_0042",
+             "--angle 41deg --meridian 8.39deg --heading-error 6arcmin --level-error 1.8arcmin "
+             "--velocity-error 0.05m/s --windows 60s,100s"}}) {
+    const Outcome told = run("transfer test " + drives + c.drive + " --json " + c.options);
+    ASSERT_EQ(told.exit_code, 0) << told.err;
+    EXPECT_GE(key(told.out, "within_budget"), 0.9) << c.drive << told.out;
+  }
+}
+
+TEST(TransferBudgetCommand, SaysTheEquivalentErrorAndTheVerdict) {
+  const std::string drive = scratch_folder() + "/budget";
+  ASSERT_EQ(run("simulate city-drive --quiet -o " + drive).exit_code, 0);
+  const std::string base = "transfer budget " + drive + " --angle 41.8deg --meridian 11.5deg ";
+  const Outcome told = run(base + "--json");
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  const auto formula = told.out.find("\"formula\""), monte = told.out.find("\"monte_carlo\"");
+  ASSERT_NE(formula, std::string::npos);
+  const auto first = [&](std::size_t from, const char* name) {
+    const auto at = told.out.find(name, from);
+    return number(told.out.substr(told.out.find('[', at) + 1));
+  };
+  // The sampled rms of 200 draws: 5 % of scatter, 4 of them.
+  EXPECT_NEAR(first(formula, "gyro_rms_radps") / first(monte, "gyro_rms_radps"), 1, 0.2);
+  EXPECT_NEAR(first(formula, "accel_rms_mps2") / first(monte, "accel_rms_mps2"), 1, 0.2);
+  EXPECT_NE(told.out.find("\"good\""), std::string::npos);
+  // A reference ten times as good for a unit ten times as bad.
+  EXPECT_NE(run(base + "--heading-error 0.3arcmin --level-error 0.1arcmin --velocity-error 0.01m/s "
+                       "--gyro-bias 0.1deg/h --accel-bias 200ug")
+                .out.find("is good enough"),
+            std::string::npos);
+  EXPECT_EQ(run(base + "--gyro-bias 0deg/h").exit_code, 2);
+  EXPECT_EQ(run(base + "--heading-error 3").exit_code, 2);
+  EXPECT_EQ(run(base + "--heading-error -3arcmin").exit_code, 2);
+}
+
+// Each refusal with its exit code and the words that help; no output folder stays.
+TEST(TransferDrive, BadInputIsRefused) {
+  const std::string drive = scratch_folder() + "/bad_transfer", out = scratch_folder() + "/bad_out";
+  ASSERT_EQ(run("simulate city-drive --quiet -o " + drive + " --set imu.rate=20Hz").exit_code, 0);
+  const std::string reference = slurp(drive + "/reference.csv"),
+                    toml = slurp(drive + "/drive.toml");
+  const auto write = [](const std::string& path, const std::string& text) {
+    std::ofstream(path) << text;
+  };
+  const auto refused = [&](const std::string& options, int code, const std::string& words) {
+    const Outcome o = run("transfer " + drive + " -o " + out + " " + options);
+    EXPECT_EQ(o.exit_code, code) << options << o.err;
+    EXPECT_NE(o.err.find(words), std::string::npos) << options << ": " << o.err;
+    EXPECT_FALSE(std::filesystem::exists(out)) << options;
+  };
+  const std::string good = "--angle 41.8deg --meridian 11.5deg";
+  // Rows of the reference by time.
+  const auto rows = [&](double from, double to) {
+    std::string text;
+    std::istringstream lines(reference);
+    for (std::string line; std::getline(lines, line);) {
+      const bool head = line[0] == '#' || line[0] == 't';
+      const double t = number(line);
+      if (head || (t >= from && t <= to)) text += line + "\n";
+    }
+    return text;
+  };
+  write(drive + "/reference.csv", rows(100, 1e9));
+  refused(good, 3, "would be left out");
+  write(drive + "/reference.csv", rows(0, 200) + rows(260, 1e9).substr(rows(1e9, 1e9).size()));
+  refused(good, 3, "gap of");
+  write(drive + "/reference.csv", rows(1e9, 1e9));
+  refused(good, 3, "fewer than two epochs");
+  write(drive + "/reference.csv", reference);
+  // The transverse poles are on the equator 90 deg beside the meridian: a home there has no frame.
+  refused("--angle 41.8deg --meridian 400deg", 2, "--meridian");
+  const auto attitude = toml.find(", roll = \"roll_deg\"", toml.find("[reference]"));
+  write(drive + "/drive.toml", toml.substr(0, attitude) + " }\n");
+  refused(good, 3, "no attitude");
+  write(drive + "/drive.toml", toml.substr(0, toml.find("[reference]")));
+  refused(good, 3, "no [reference]");
+  write(drive + "/drive.toml", toml);
+  refused("--angle 41.8 --meridian 11.5deg", 2, "--angle");
+  refused("--angle 400deg --meridian 11.5deg", 2, "within -360 to 360");
+  refused("--meridian 11.5deg", 2, "--angle");
+  refused(good + " --keep shape", 2, "path or velocity");
+  refused(good + " --earth sphere", 2, "4.6e-4");
+  // A ship on the equator 85 deg from the meridian: within 10 deg of the transverse pole.
+  const std::string south = scratch_folder() + "/equator";
+  ASSERT_EQ(run("simulate city-drive --quiet -o " + south +
+                " --set imu.rate=20Hz --set start.lat_deg=0 --set start.lon_deg=85")
+                .exit_code,
+            0);
+  const Outcome o = run("transfer " + south + " --angle 90deg --meridian 0deg -o " + out);
+  EXPECT_EQ(o.exit_code, 3);
+  EXPECT_NE(o.err.find("transverse pole"), std::string::npos) << o.err;
+  EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 }  // namespace
