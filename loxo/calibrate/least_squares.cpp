@@ -242,8 +242,9 @@ Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark&
   const Replay replay(track, start, rows);
   // A start from the farthest benchmark's chord.
   ChordStart from;
+  const auto recorded = replay.run({});
   for (std::size_t j = 0; j < benchmarks.size(); ++j) {
-    const auto c = chord_start(replay, benchmarks[j], j);
+    const auto c = chord_start(replay, recorded[j], benchmarks[j]);
     if (c.valid && c.chord > from.chord) from = c;
     if (j == 0 && !c.valid) from.why = c.why;
   }

@@ -8,6 +8,7 @@
 
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/projection.hpp"
+#include "loxo/earth/rhumb.hpp"
 #include "loxo/ins/dead_reckoning.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
@@ -15,6 +16,8 @@
 namespace loxo {
 namespace {
 
+// From here on replay goes by sums: 2 ns a row instead of 50.
+constexpr std::size_t kManyRows = 2048;
 constexpr double kLastTrueLatitude = 89.99 * deg;  // vehicle.md 4: beyond it, grid headings
 
 double step_time(const RecordedTrack& track, std::size_t i) {
@@ -56,6 +59,10 @@ Replay::Replay(const RecordedTrack& track, const Benchmark& start, std::vector<s
     }
   }
   for (std::size_t i = 0; i < n && !has_pitch_; ++i) has_pitch_ = track_.steps[i].pitch != 0;
+  bool level = !has_pitch_ && n >= kManyRows && track_.reference == HeadingReference::kTrue &&
+               track_.model == HeadingModel::kIndependent;
+  for (std::size_t i = 0; i < n && level; ++i) level = track_.steps[i].h == 0;
+  if (level) sums_ = std::make_shared<const ReplaySums>(north_, east_, rows_);
 }
 
 // Recorded heading at the instant after `row` steps: between the steps on both sides.
@@ -99,6 +106,43 @@ std::vector<Arrival> Replay::run_true(const StateVector& x) const {
 
   std::vector<Arrival> out;
   out.reserve(rows_.size());
+  // (V-39), (V-40)
+  auto sensitivities = [&](Arrival& a, double sum_n, double sum_e, double up, double dn_d,
+                           double slope_m, double slope_e, double slope) {
+    const double parallel = prime_vertical_radius(ell, std::sin(a.lat)) * std::cos(a.lat);
+    auto set = [&](State k, double m, double lon, double vertical) {
+      a.by[index(k)] = {m, parallel * lon, vertical};
+    };
+    set(State::kScale, -sum_n, -(a.lon - lon0) - slope_m, -up);
+    set(State::kAngle, sum_e, -dn_d + slope_e, 0);
+    set(State::kStartNorth, 1.0, slope, 0);
+    set(State::kStartEast, 0.0, 1.0 / (prime_vertical_radius(ell, sl) * cl), 0);
+    return parallel;
+  };
+  if constexpr (!kFull) {
+    if (sums_ != nullptr) {
+      std::vector<ReplaySum> sums;
+      double largest = 0;
+      const double m0 = meridian_arc(ell, state.lat + state.lat_low);
+      if (sums_->run(ell, m0, ce, se, kSensitive, sums, largest)) {
+        for (std::size_t j = 0; j < rows_.size(); ++j) {
+          const ReplaySum& r = sums[j];
+          Arrival a;
+          a.lat = latitude_of_arc(ell, m0 + r.north);
+          a.lon = state.lon + (state.lon_low + r.lon);
+          a.north = r.north;
+          a.east = r.east;
+          a.heading_t = rows_[j] > 0 ? step_time(track_, rows_[j] - 1) : track_.t0;
+          a.heading = heading_at(rows_[j]) - eps;
+          if constexpr (kSensitive)
+            sensitivities(a, r.north, r.east, 0, r.dn_d, r.slope_m, r.slope_e, r.slope);
+          out.push_back(a);
+        }
+        largest_latitude_ = latitude_of_arc(ell, std::min(largest, ell.quarter_meridian));
+        return out;
+      }
+    }
+  }
   double sum_n = 0, sum_e = 0, up = 0;
   // Sums of (V-40): of dn D, de w' m, de w' E, de w'; with drift: E_b, N_b and theirs; with pitch
   // likewise.
@@ -157,20 +201,11 @@ std::vector<Arrival> Replay::run_true(const StateVector& x) const {
     a.heading_t = row > 0 ? step_time(track_, row - 1) : track_.t0;
     a.heading = heading_at(row) - eps - b * a.heading_t;
     if constexpr (kSensitive) {
-      // (V-39), (V-40)
-      const double s = std::sin(a.lat);
-      const double parallel = prime_vertical_radius(ell, s) * std::cos(a.lat);
-      auto set = [&](State k, double m, double lon, double vertical) {
-        a.by[index(k)] = {m, parallel * lon, vertical};
-      };
-      set(State::kScale, -sum_n, -(a.lon - lon0) - slope_m, -up);
-      set(State::kAngle, sum_e, -dn_d + slope_e, 0);
+      const double parallel = sensitivities(a, sum_n, sum_e, up, dn_d, slope_m, slope_e, slope);
       if constexpr (kFull) {
-        set(State::kDrift, drift_m, drift_lon, 0);
-        set(State::kPitch, pitch_m, pitch_lon, pitch_up);
+        a.by[index(State::kDrift)] = {drift_m, parallel * drift_lon, 0};
+        a.by[index(State::kPitch)] = {pitch_m, parallel * pitch_lon, pitch_up};
       }
-      set(State::kStartNorth, 1.0, slope, 0);
-      set(State::kStartEast, 0.0, 1.0 / (prime_vertical_radius(ell, sl) * cl), 0);
     }
     out.push_back(a);
   }
@@ -532,13 +567,11 @@ std::vector<double> residual_covariance(std::span<const Moments> moments,
   return sigma;
 }
 
-ChordStart chord_start(const Replay& replay, const Benchmark& end, std::size_t which) {
+ChordStart chord_start(const Replay& replay, const Arrival& a, const Benchmark& end) {
   const RecordedTrack& track = replay.track();
   const Ellipsoid& ell = *track.ellipsoid;
   const Benchmark& start = replay.start();
   ChordStart r;
-  const auto arrivals = replay.run({});
-  const Arrival& a = arrivals[which];
   r.end_lat = a.lat;
   r.end_lon = a.lon;
   if (!std::isfinite(a.lat) || !std::isfinite(a.lon)) {
@@ -591,6 +624,10 @@ ChordStart chord_start(const Replay& replay, const Benchmark& end, std::size_t w
   return r;
 }
 
+ChordStart chord_start(const Replay& replay, const Benchmark& end, std::size_t which) {
+  return chord_start(replay, replay.run({})[which], end);
+}
+
 Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
                              const Benchmark& end, const TrackErrorModel& errors) {
   Calibration r;
@@ -601,7 +638,7 @@ Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
     return r;
   };
   const Replay replay(track, start, {static_cast<std::size_t>(end.row)});
-  const auto first = chord_start(replay, end, 0);
+  const auto first = chord_start(replay, replay.run({})[0], end);
   if (!first.valid) return invalid(first.why);
   const bool by_true = track.reference == HeadingReference::kTrue;
   const State wanted[] = {State::kScale, State::kAngle};

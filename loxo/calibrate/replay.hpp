@@ -2,10 +2,12 @@
 // Replay: the recorded track integrated again with candidate constants, with its derivatives, and
 // the scale and angle that bring its end onto the surveyed end. vehicle.md section 4.
 #pragma once
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "loxo/calibrate/calibration.hpp"
+#include "loxo/calibrate/replay_sums.hpp"
 #include "loxo/ins/samples.hpp"
 
 namespace loxo {
@@ -71,7 +73,8 @@ class Replay {
   Replay(const RecordedTrack& track, const Benchmark& start, std::vector<std::size_t> rows);
 
   // One pass. `estimated`: the states whose sensitivities are wanted; none: positions only. H1:
-  // analytic sums (V-39), (V-40), about 45 ns a row; H2 and grid: central differences.
+  // analytic sums (V-39), (V-40), about 2 ns a row on long level tracks, 50 ns else; H2 and grid:
+  // central differences.
   std::vector<Arrival> run(const StateVector& x, std::span<const State> estimated = {}) const;
   // (V-43) sums at each row, with the track corrected by x.
   std::vector<Moments> moments(const StateVector& x) const;
@@ -97,6 +100,7 @@ class Replay {
   std::vector<std::size_t> rows_;
   std::vector<double> north_, east_;  // level increments as recorded [m]
   bool has_pitch_ = false;
+  std::shared_ptr<const ReplaySums> sums_;  // of a long level track
   mutable double largest_latitude_ = 0;
 };
 
@@ -128,6 +132,7 @@ struct ChordStart {
   double chord = 0;                 // m
   double end_lat = 0, end_lon = 0;  // reckoned end, lon continuous
 };
+ChordStart chord_start(const Replay& replay, const Arrival& as_recorded, const Benchmark& end);
 ChordStart chord_start(const Replay& replay, const Benchmark& end, std::size_t which);
 
 }  // namespace loxo

@@ -144,7 +144,7 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
   replayed.method = "replay";
 
   const Replay to_end(track, start, {rows.back()});
-  const ChordStart recorded = chord_start(to_end, end, 0);
+  const ChordStart recorded = chord_start(to_end, to_end.run({}).front(), end);
   StateVector x{};
   if (replayed.valid) {
     x[index(State::kScale)] = std::log(replayed.k);
