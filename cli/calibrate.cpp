@@ -76,6 +76,22 @@ int run(const Globals& globals, const Options& o) {
     else
       say(globals, fmt::format("  {:<15}{}", m.method, m.why));
   }
+  if (const auto* fit = result.find("least_squares"); fit != nullptr && fit->valid) {
+    std::string text;
+    const std::size_t n = fit->states.size();
+    for (std::size_t i = 2; i < n; ++i) {
+      const State state = fit->states[i];
+      const double unit = state == State::kDrift ? deg_per_h : state == State::kPitch ? deg : 1.0;
+      text += fmt::format("{}{} {:.5g} +- {:.2g} {}", text.empty() ? "" : ", ", state_words(state),
+                          fit->values[i] / unit, std::sqrt(fit->covariance[i * n + i]) / unit,
+                          state == State::kDrift   ? "deg/h"
+                          : state == State::kPitch ? "deg"
+                                                   : "m");
+    }
+    if (fit->dof > 0 && fit->chi2 > 0)
+      text += fmt::format("{}chi2 {:.3g} of {}", text.empty() ? "" : "; ", fit->chi2, fit->dof);
+    if (!text.empty()) say(globals, "  least_squares: " + text);
+  }
   if (best != nullptr)
     say(globals, fmt::format("* recommended: {} ({})", result.recommended, result.why));
   if (!o.against.empty() && best != nullptr)

@@ -128,5 +128,108 @@ TEST(CalibrateDrive, WhatCannotBeFoundIsSaid) {
   EXPECT_EQ(run("calibrate " + scratch_folder() + "/no_such_drive").exit_code, 3);
 }
 
+// A drive with everything that --estimate finds, in the file as a user has it: rows of `ds` m on
+// courses, heading = course + eps + drift t_s, pitch = slope + mounting, benchmarks at a point of
+// the body, the start given wrongly by `offset` m north. Nothing else errs.
+std::string full_drive(const std::string& name, double lat, double t0, double drift_deg_h,
+                       double pitch_deg, double right, double forward, double offset) {
+  const std::string folder = scratch_folder() + "/" + name;
+  std::filesystem::create_directories(folder);
+  std::ofstream track(folder + "/track.csv"), toml(folder + "/drive.toml");
+  track.precision(17);
+  toml.precision(17);
+  track << "t_s,ds_m,heading_deg,pitch_deg\n";
+  toml << "format = 1\nname = \"full\"\n[track]\nfile = \"track.csv\"\ncolumns = { time = "
+          "\"t_s\", distance = \"ds_m\", heading = \"heading_deg\", pitch = \"pitch_deg\" "
+          "}\nheading_model = \"independent\"\n";
+  const Ellipsoid& ell = wgs84();
+  double at_lat = lat * deg, at_lon = 179.999 * deg, up = 0;
+  int row = 0;
+  const auto benchmark = [&](double course) {
+    const double c = course * deg;
+    const double n = forward * std::cos(c) - right * std::sin(c) + (row == 0 ? -offset : 0.0),
+                 e = forward * std::sin(c) + right * std::cos(c);
+    const auto point = rhumb_direct(ell, at_lat, at_lon, std::atan2(e, n), std::hypot(n, e));
+    toml << "[[benchmark]]\nname = \"P" << row << "\"\nafter_row = " << row
+         << "\nlat_deg = " << point.lat / deg << "\nlon_deg = " << point.lon / deg
+         << "\nh_m = " << up << "\nstd = \"0.01 m\"\n";
+  };
+  benchmark(20);
+  for (const double course : {20., 20., 110., 110., 250., 250., 330., 20., 20.}) {
+    for (int i = 0; i < 60; ++i) {
+      const double slope = 0.03 * std::sin(0.05 * row);
+      const auto next = rhumb_direct(ell, at_lat, at_lon, course * deg, 15.0 * std::cos(slope));
+      at_lat = next.lat;
+      at_lon = next.lon;
+      up += 15.0 * std::sin(slope);
+      ++row;
+      const double t = t0 + row;
+      track << t << ',' << 15.0 * 1.02 << ',' << course + 1.5 + drift_deg_h / 3600 * t << ','
+            << slope / deg + pitch_deg << '\n';
+    }
+    // Passed with the next leg's heading already half taken: only in the middle of a leg does the
+    // body point along it.
+    for (int i = 0; i < 3; ++i) {
+      const auto next = rhumb_direct(ell, at_lat, at_lon, course * deg, 15.0);
+      at_lat = next.lat;
+      at_lon = next.lon;
+      ++row;
+      const double t = t0 + row;
+      track << t << ',' << 15.0 * 1.02 << ',' << course + 1.5 + drift_deg_h / 3600 * t << ','
+            << pitch_deg << '\n';
+      if (i == 1) benchmark(course);
+    }
+  }
+  return folder;
+}
+
+// interface.md: heading_i - drift t_i with the row's own t_s. Tolerances: 1 mm over the ways of
+// some km, the lever arm's own millimetre.
+TEST(CalibrateDrive, FurtherStatesAreFoundTogether) {
+  for (const auto& [name, lat, t0] :
+       {std::tuple{"equator", 0.0, 0.0}, std::tuple{"north", 60.0, 40000.0},
+        std::tuple{"south", -75.0, 4e5}}) {
+    const auto folder = full_drive(std::string("full_") + name, lat, t0, 4.0, 0.8, 0.7, 2.5, 12.0);
+    const auto o = run("calibrate " + folder +
+                       " --json --method least_squares --estimate "
+                       "heading_drift,pitch_mounting,lever_arm,start_offset");
+    ASSERT_EQ(o.exit_code, 0) << o.err;
+    const auto m = parse_json(o.out, name)["methods"]["least_squares"];
+    ASSERT_TRUE(m["valid"].get<bool>()) << m["why"];
+    EXPECT_NEAR(m["k"].get<double>(), 1.02, 1e-6) << name;
+    EXPECT_NEAR(m["heading_drift_deg_h"].get<double>(), 4.0, 1e-3) << name;
+    EXPECT_NEAR(m["pitch_mounting_deg"].get<double>(), 0.8, 1e-4) << name;
+    EXPECT_NEAR(m["lever_arm_right_m"].get<double>(), 0.7, 2e-3) << name;
+    EXPECT_NEAR(m["lever_arm_forward_m"].get<double>(), 2.5, 2e-3) << name;
+    EXPECT_NEAR(m["start_offset_north_m"].get<double>(), 12.0, 2e-3) << name;
+    EXPECT_NEAR(m["start_offset_east_m"].get<double>(), 0.0, 2e-3) << name;
+    // The angle belongs to t_s = 0.
+    EXPECT_NEAR(m["eps_deg"].get<double>(), 1.5, 1e-4 + 1e-3 / 3600 * t0) << name;
+    EXPECT_GT(m["heading_drift_std_deg_h"].get<double>(), 0) << name;
+  }
+  // In words, for people.
+  const auto text =
+      run("calibrate " + scratch_folder() +
+          "/full_north --estimate heading_drift,pitch_mounting,lever_arm,start_offset");
+  EXPECT_NE(text.out.find("heading drift 4"), std::string::npos) << text.out;
+  // Not estimated, the same drive does not fit: chi2 says so.
+  const auto poor = parse_json(
+      run("calibrate " + scratch_folder() + "/full_north --json --method least_squares").out, "");
+  EXPECT_GT(poor["methods"]["least_squares"]["chi2"].get<double>(), 1000.0);
+}
+
+TEST(CalibrateDrive, StatesThatCannotBeFoundAreNamed) {
+  const auto folder = drive("straight_states", 50, 7, {{45, 200}, {45, 300}}, 1.0, 0.0);
+  const auto o = run("calibrate " + folder + " --method least_squares --estimate lever_arm");
+  EXPECT_EQ(o.exit_code, 1);
+  EXPECT_NE(o.err.find("lever arm"), std::string::npos) << o.err;
+  EXPECT_NE(o.err.find("heading at a benchmark must differ"), std::string::npos) << o.err;
+  const auto few =
+      run("calibrate " + folder + " --method least_squares --estimate heading_drift,start_offset");
+  EXPECT_EQ(few.exit_code, 1);
+  EXPECT_NE(few.err.find("5 unknowns and 4 equations"), std::string::npos) << few.err;
+  EXPECT_EQ(run("calibrate " + folder + " --estimate pitch").exit_code, 2);
+}
+
 }  // namespace
 }  // namespace loxo

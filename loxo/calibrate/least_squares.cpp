@@ -356,7 +356,7 @@ Calibration calibrate_least_squares(const RecordedTrack& track, const Benchmark&
 }
 
 double ExpectedAccuracy::std(std::size_t state) const {
-  return std::sqrt(covariance[state * states.size() + state]);
+  return std::sqrt(std::max(0.0, covariance[state * states.size() + state]));
 }
 
 ExpectedAccuracy expected_accuracy(const RecordedTrack& track, const Benchmark& start,

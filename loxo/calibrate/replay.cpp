@@ -725,10 +725,15 @@ Calibration calibrate_replay(const RecordedTrack& track, const Benchmark& start,
       for (int i = 0; i < 2; ++i)
         for (int j = 0; j < 2; ++j)
           p[a][b] += inv[a][i] * sigma2[static_cast<std::size_t>(2 * i + j)] * inv[b][j];
+  // What an error does not touch is zero but for rounding, which may be negative.
+  p[0][0] = std::max(0.0, p[0][0]);
+  p[1][1] = std::max(0.0, p[1][1]);
   r.covariance = {p[0][0], p[0][1], p[1][0], p[1][1]};
   r.ln_k_std = std::sqrt(p[0][0]);
   r.eps_std = std::sqrt(p[1][1]);
-  r.correlation = r.ln_k_std > 0 && r.eps_std > 0 ? p[0][1] / (r.ln_k_std * r.eps_std) : 0.0;
+  r.correlation = r.ln_k_std > 0 && r.eps_std > 0
+                      ? std::clamp(p[0][1] / (r.ln_k_std * r.eps_std), -1.0, 1.0)
+                      : 0.0;
   BenchmarkResidual last;
   last.north = -res[0];
   last.east = -res[1];

@@ -268,6 +268,27 @@ TEST(Replay, CovarianceOfResidualsIsThatOfItsErrors) {
   }
 }
 
+// An alignment error turns the whole way and stretches nothing: the scale's error bar is zero,
+// never a root of what rounding leaves below it.
+TEST(Replay, AlignmentLeavesTheScaleAlone) {
+  std::mt19937_64 random(seed());
+  TrackErrorModel errors;
+  errors.heading_bias = 1 * arcmin;
+  for (int i = 0; i < 200; ++i) {
+    const auto steps = winding(60, 20, random);
+    const auto start = at(60 * std::sin(i), 7);
+    const Replay truth(track_of(steps), start, {60});
+    auto end = start;
+    end.lat = truth.run({})[0].lat;
+    end.lon = truth.run({})[0].lon;
+    end.row = 60;
+    const auto c = calibrate_replay(track_of(steps), start, end, errors);
+    ASSERT_TRUE(c.valid) << c.why;
+    EXPECT_LE(c.ln_k_std, 1e-9);  // NaN fails
+    EXPECT_NEAR(c.eps_std, 1 * arcmin, 1e-9);
+  }
+}
+
 // 5.3: what positions cannot tell is refused in words that say what would help.
 TEST(LeastSquares, UnobservableStatesAreNamed) {
   const auto straight = [](double k) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "loxo/report/page_html.hpp"
@@ -128,7 +129,8 @@ ResultKind kind_of(const Json& json) {
                : ResultKind::kUnknown;
   if (!json.is_object()) return ResultKind::kUnknown;
   const std::string command = words(json, "command");
-  if (json.contains("certificate") || words(json, "kind") == "certificate" ||
+  if (json.contains("certificate") || command == "certificate" ||
+      words(json, "kind") == "certificate" ||
       words(json, "type").find("certificate") != std::string::npos)
     return ResultKind::kCertificate;
   if (command == "calibrate" || json.contains("methods")) return ResultKind::kCalibrate;
@@ -369,6 +371,50 @@ std::string method_title(const std::string& key) {
   return with_spaces(key);
 }
 
+std::string short_number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", x);
+  return text;
+}
+
+// How a method fits its benchmarks: further states, chi-square, residuals.
+void add_fit(Section& section, const std::string& title, const Json& method) {
+  const auto* residuals = part(method, "residuals");
+  if (!residuals || !is_list_of(*residuals, Json::value_t::object) || residuals->empty()) return;
+  KeyValues states;
+  states.title = "What " + title + " found beside scale and angle";
+  for (const auto& [key, value] : method.items()) {
+    const Json* sigma = sigma_of(method, key);
+    if (key == "k" || key == "eps_deg" || !value.is_number() || !sigma || !sigma->is_number())
+      continue;
+    const auto column = column_of_key(key);
+    states.rows.push_back({column.title, format_number(value.get<double>(), sigma->get<double>()) +
+                                             (column.unit.empty() ? "" : " " + column.unit)});
+  }
+  if (const double dof = number(method, "dof"); dof > 0)
+    states.rows.push_back({"chi² of the residuals", short_number(number(method, "chi2")) + " of " +
+                                                        short_number(dof) +
+                                                        " (near it: errors as declared)"});
+  if (!states.rows.empty()) section.blocks.emplace_back(std::move(states));
+  Table table;
+  table.title = "Residuals of " + title;
+  table.caption = "Benchmark minus calibrated track.";
+  table.columns = {{"benchmark", ""}, {"north", "m"}, {"east", "m"}};
+  const bool heights = std::isfinite(number(residuals->front(), "up_m"));
+  if (heights) table.columns.push_back({"up", "m"});
+  for (const auto& r : *residuals) {
+    Row row;
+    row.cells.emplace_back(words(r, "name"));
+    for (const char* key : {"north_m", "east_m", "up_m"}) {
+      if (!heights && key[0] == 'u') continue;
+      row.cells.emplace_back(number(r, key));
+      row.cells.back().text = short_number(number(r, key));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  section.blocks.emplace_back(std::move(table));
+}
+
 }  // namespace
 
 Section plain_section(const Json& json, const std::string& name) {
@@ -393,23 +439,27 @@ Section calibration_section(const Json& json, const std::string& name) {
   const std::string recommended = words(json, "recommended");
   const Json* methods = part(json, "methods");
   if (methods && methods->is_object()) {
+    std::string why = words(json, "recommended_why");
+    if (const auto* best = part(*methods, recommended); why.empty() && best && best->is_object())
+      why = words(*best, "why");
     if (const auto* best = part(*methods, recommended); best && best->is_object())
       section.blocks.emplace_back(Text{
           "Recommended: **" + method_title(recommended) + "**. Scale k = " +
               format_number(number(*best, "k"), number(*best, "k_std")) + ", mounting angle = " +
               format_number(number(*best, "eps_deg"), number(*best, "eps_std_deg")) + " deg." +
-              (words(*best, "why").empty() ? "" : " Why: " + words(*best, "why") + "."),
+              (why.empty() ? "" : " Why: " + why + "."),
           Verdict::kGood});
     else if (part(json, "recommended"))
       section.blocks.emplace_back(Text{"No method is valid on this drive.", Verdict::kBad});
-    // All keys that any method gives, the usual ones first.
-    std::vector<std::string> keys{"k", "eps_deg", "correlation", "closure_m"};
-    for (const auto& [key, method] : methods->items())
-      if (method.is_object())
-        for (const auto& [k, v] : method.items())
-          if (!is_sigma_key(method, k) && v.is_number() &&
-              std::find(keys.begin(), keys.end(), k) == keys.end())
-            keys.push_back(k);
+    // What compares methods; the rest of least squares stands below.
+    std::vector<std::string> keys{"k",
+                                  "eps_deg",
+                                  "closure_m",
+                                  "route_bias_k",
+                                  "route_bias_eps_deg",
+                                  "formula_bias_k",
+                                  "formula_bias_eps_deg",
+                                  "correlation"};
     std::erase_if(keys, [&](const std::string& k) {
       return std::none_of(methods->begin(), methods->end(), [&](const Json& m) {
         return m.is_object() && std::isfinite(number(m, k));
@@ -417,7 +467,10 @@ Section calibration_section(const Json& json, const std::string& name) {
     });
     Table table;
     table.title = "Methods side by side";
-    table.caption = "Each applicable method on the same drive, with one standard deviation.";
+    table.caption =
+        "Each applicable method on the same drive, with one standard deviation. Route bias: what "
+        "the "
+        "bent way does to a chord method; formula bias: what its formula does on a straight one.";
     table.columns.push_back({"method", ""});
     for (const auto& k : keys)
       table.columns.push_back(k == "k"         ? Column{"scale k", "1"}
@@ -429,7 +482,6 @@ Section calibration_section(const Json& json, const std::string& name) {
     scale.x = {"scale k", "1"};
     angle.title = "Mounting angle by method";
     angle.x = {"mounting angle", "deg"};
-    scale.caption = angle.caption = "Thick: one standard deviation, thin: two.";
     std::vector<std::string> order;
     for (const auto& [key, method] : methods->items())
       if (method.is_object() && !method.empty()) order.push_back(key);
@@ -446,6 +498,9 @@ Section calibration_section(const Json& json, const std::string& name) {
         const Json* sigma = sigma_of(m, k);
         row.cells.emplace_back(number(m, k),
                                sigma && sigma->is_number() ? sigma->get<double>() : kNoValue);
+        // Beside error bars the rest needs no six digits.
+        if (auto& cell = row.cells.back(); std::isnan(cell.error) && std::isfinite(cell.value))
+          cell.text = short_number(cell.value);
       }
       row.cells.emplace_back(good ? "valid" : "not valid", good ? Verdict::kGood : Verdict::kBad);
       row.note = words(m, "why");
@@ -463,16 +518,12 @@ Section calibration_section(const Json& json, const std::string& name) {
       section.blocks.emplace_back(std::move(scale));
       section.blocks.emplace_back(std::move(angle));
     }
-    // Residuals at the benchmarks, wherever a method gives them.
-    for (const auto& key : order)
-      if (const auto* r = part((*methods)[key], "residuals");
-          r && is_list_of(*r, Json::value_t::object))
-        add_lists(section, Json{{"residuals of " + method_title(key), *r}}, {});
+    for (const auto& key : order) add_fit(section, method_title(key), (*methods)[key]);
   }
   KeyValues pairs;
   pairs.title = "The drive";
-  const std::vector<std::string> known{"command", "methods", "recommended", "diagnostics",
-                                       "against"};
+  const std::vector<std::string> known{"command",         "methods",     "recommended",
+                                       "recommended_why", "diagnostics", "against"};
   add_pairs(pairs, json, known);
   if (const auto* against = part(json, "against"); against && against->is_object()) {
     const Json* drifted = part(*against, "drifted");
@@ -519,6 +570,7 @@ Section certificate_section(const Json& whole, const std::string& name) {
   take(json);
   for (const char* key : {"result", "constants", "estimate"})
     if (const auto* r = part(json, key); r && r->is_object()) take(*r);
+  const Json* methods = part(json, "methods");
   // Constants as a list: [{"name", "value", "std", "unit"}].
   for (const char* key : {"constants", "states", "parameters"})
     if (const auto* list = part(json, key); list && is_list_of(*list, Json::value_t::object))
@@ -549,12 +601,20 @@ Section certificate_section(const Json& whole, const std::string& name) {
   Json others = Json::object();
   for (const auto& [key, value] : json.items())
     if (!is_constant(json, key) && !is_sigma_key(json, key) && key != "covariance" &&
-        key != "diagnostics" && key != "result" && key != "constants")
+        key != "diagnostics" && key != "result" && key != "constants" && key != "methods" &&
+        key != "recommended" && key != "recommended_why" && key != "command" && key != "format")
       others[key] = value;
   add_pairs(rest, others, {"correlation"});
   block.rows = rest.rows;
   section.blocks.emplace_back(std::move(block));
   add_lists(section, others, {"states", "parameters"});
+  // How it came about: the methods on its drive.
+  if (methods && methods->is_object()) {
+    Json drive = Json::object();
+    for (const char* key : {"methods", "recommended", "recommended_why"})
+      if (const auto* p = part(json, key)) drive[key] = *p;
+    for (auto& b : calibration_section(drive, "").blocks) section.blocks.push_back(std::move(b));
+  }
   if (const auto* d = part(json, "diagnostics")) add_diagnostics(section, *d);
   return section;
 }

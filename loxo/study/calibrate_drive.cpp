@@ -310,8 +310,10 @@ Json method_json(const Calibration& m) {
   j["unobservable"] = m.unobservable;
   j["residuals"] = Json::array();
   for (const auto& r : m.residuals)
-    j["residuals"].push_back(
-        {{"name", r.name}, {"north_m", number(r.north)}, {"east_m", number(r.east)}});
+    j["residuals"].push_back({{"name", r.name},
+                              {"north_m", number(r.north)},
+                              {"east_m", number(r.east)},
+                              {"up_m", number(r.up)}});
   return j;
 }
 const char* model_name(const Drive& drive) {
@@ -339,6 +341,7 @@ Json certificate(const Drive& drive, const DriveCalibration& result, const std::
   j["command"] = "certificate";
   j["format"] = 1;
   j["name"] = drive.name;
+  j["vehicle"] = drive.name;
   j["program_version"] = version;
   j["input_hash"] = file_hash(drive.folder.empty() ? drive.path : drive.toml_path);
   if (const auto* best = result.find(result.recommended)) {
@@ -349,6 +352,10 @@ Json certificate(const Drive& drive, const DriveCalibration& result, const std::
     j["eps_deg"] = best->eps / deg;
     j["eps_std_deg"] = number(best->eps_std / deg);
     j["correlation"] = number(best->correlation);
+    // Of k and eps_deg.
+    const double eps_std = best->eps_std / deg, both = best->correlation * k_std * eps_std;
+    j["covariance"] = {{number(k_std * k_std), number(both)},
+                       {number(both), number(eps_std * eps_std)}};
     j["valid"] = best->valid;
   }
   return j;

@@ -143,6 +143,7 @@ TrialStatistics run_calibration_trials(const Ellipsoid& ell, const CalibrationTr
   std::vector<std::size_t> used;
   for (std::size_t s = 0; s < m; ++s)
     if (s > 1 || out.states[s].stated > kNothing * out.states[1 - s].stated) used.push_back(s);
+  if (used.empty()) return out;
   double sum = 0;
   for (std::size_t i = 0; i < errors.size(); ++i) {
     const auto d = static_cast<Eigen::Index>(used.size());

@@ -43,7 +43,7 @@ struct TrialStatistics {
   double low = 0, high = 0;  // its chi-square band at `confidence`
   double confidence = 0.9999;
   double chi2 = 0;  // least squares: mean of chi2 / dof, where dof > 0
-  bool inside() const { return valid == drives && nees >= low && nees <= high; }
+  bool inside() const { return valid == drives && dimension > 0 && nees >= low && nees <= high; }
 };
 TrialStatistics run_calibration_trials(const Ellipsoid& ell, const CalibrationTrials& trials,
                                        int drives, std::uint64_t seed);
