@@ -10,7 +10,7 @@ namespace {
 using namespace loxo;
 
 // 60 s at 100 Hz with a 10 Hz odometer: 6000 steps a trial, all noise sources on.
-Campaign drives(const char* frame) {
+Campaign drives(const char* frame, const char* mode = "") {
   CampaignSource s;
   s.name = "bench";
   s.text = R"toml(
@@ -20,7 +20,7 @@ duration = "60 s"
 imu_rate = "100 Hz"
 odometer_rate = "10 Hz"
 frame = ")toml" +
-           std::string(frame) + R"toml("
+           std::string(frame) + "\"\n" + mode + R"toml(
 [parameters]
 gyro_walk = "0.01 deg/h/sqrt(h)"
 heading_error = "2 arcmin"
@@ -30,8 +30,8 @@ odometer_noise = "0.01 m"
 }
 constexpr double kSteps = 6000;
 
-void drive_lanes(benchmark::State& state, const char* frame) {
-  const Campaign c = drives(frame);
+void drive_lanes(benchmark::State& state, const char* frame, const char* mode = "") {
+  const Campaign c = drives(frame, mode);
   for (auto _ : state) benchmark::DoNotOptimize(run_block(c, 0, 8));
   state.counters["steps"] =
       benchmark::Counter(8 * kSteps, benchmark::Counter::kIsIterationInvariantRate);
@@ -48,6 +48,14 @@ BENCHMARK_CAPTURE(drive_lanes, grid, "grid");
 BENCHMARK_CAPTURE(drive_lanes, wander, "wander");
 BENCHMARK_CAPTURE(drive_lanes, ecef, "ecef");
 BENCHMARK_CAPTURE(drive_double, geographic, "geographic");
+// What a mode costs: free inertial and dead reckoning, and these.
+BENCHMARK_CAPTURE(drive_lanes, with_joint_filter, "geographic",
+                  "mode = [\"inertial\", \"reckon\", \"filter\"]\n");
+BENCHMARK_CAPTURE(drive_lanes, joint_filter_alone, "geographic", "mode = [\"filter\"]\n");
+BENCHMARK_CAPTURE(drive_lanes, with_calibration, "geographic",
+                  "mode = [\"inertial\", \"reckon\", \"calibrate\"]\n");
+BENCHMARK_CAPTURE(drive_lanes, with_segmented, "geographic",
+                  "mode = [\"inertial\", \"reckon\", \"segmented\"]\n");
 
 void two_point_lanes(benchmark::State& state) {
   CampaignSource s;

@@ -27,8 +27,9 @@ int simulate(const Globals& globals, const std::string& scenario, bool seeded) {
   if (scenario.empty())
     throw Error(ErrorKind::kUsage,
                 "expected a scenario: a file or a name of 'loxo simulate --list'");
-  Scenario s = read_scenario(scenario, globals.sets);
-  if (seeded) s.seed = globals.seed;
+  auto sets = globals.sets;
+  if (seeded) sets.push_back("seed=" + std::to_string(globals.seed));
+  const Scenario s = read_scenario(scenario, sets);
   if (globals.output.empty())
     throw Error(ErrorKind::kUsage, "expected -o DRIVE, the folder of the drive");
   DriveFolder folder(globals.output);

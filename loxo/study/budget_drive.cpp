@@ -118,18 +118,23 @@ class Thin {
 
 BudgetErrors declared_errors(const Scenario& s) {
   BudgetErrors e;
-  e.gyro_bias = s.imu.gyro_bias, e.accel_bias = s.imu.accel_bias;
-  e.gyro_scale = s.imu.gyro_scale, e.accel_scale = s.imu.accel_scale;
-  e.gyro_noise = s.imu.gyro_noise, e.accel_noise = s.imu.accel_noise;
+  const auto& gyro = s.imu.errors.gyro;
+  const auto& accel = s.imu.errors.accel;
+  e.gyro_bias = std::hypot(gyro.bias, gyro.markov);
+  e.accel_bias = std::hypot(accel.bias, accel.markov);
+  if (gyro.markov > 0) e.gyro_bias_tau = s.imu.around.gyro_markov_time;
+  if (accel.markov > 0) e.accel_bias_tau = s.imu.around.accel_markov_time;
+  e.gyro_scale = gyro.scale, e.accel_scale = accel.scale;
+  e.gyro_noise = gyro.noise, e.accel_noise = accel.noise;
   if (s.odometer.present) {
-    e.scale_noise = s.odometer.scale_noise;
-    e.quantisation = s.odometer.pulses ? s.odometer.metres_per_pulse : s.odometer.quantisation;
+    e.scale_noise = s.odometer.errors.scale_noise;
+    e.quantisation = s.odometer.errors.quantisation;
     e.odometer_interval = 1.0 / s.odometer.rate;
   }
   if (s.attitude.present) {
-    e.attitude_bias = s.attitude.heading_bias;
-    e.attitude_drift = s.attitude.heading_drift;
-    e.attitude_noise = s.attitude.heading_noise;
+    e.attitude_bias = s.attitude.heading.bias;
+    e.attitude_drift = s.attitude.heading.drift;
+    e.attitude_noise = s.attitude.heading.walk;
   }
   for (const auto& b : s.benchmarks)
     if (b.t <= 0) e.position = std::max(e.position, b.std);

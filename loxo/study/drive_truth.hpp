@@ -1,27 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The drive that all trials of a campaign share: error-free increments and what they lead to. The
-// vehicle is steered in ECEF, so the route may cross a pole; truth is the strapdown solution of its
-// own increments, hence consistent with them to rounding.
+// The drive that all trials of a campaign share: the true increments of a scenario's trajectory and
+// what they lead to, computed once.
 #pragma once
-#include <string>
 #include <vector>
 
-#include "loxo/ins/ecef.hpp"
-#include "loxo/text/toml.hpp"
+#include "loxo/study/scenario.hpp"
 
 namespace loxo {
-
-struct DriveSettings {
-  std::string route = "weave";  // static, straight (a great circle of normals), weave (heading
-                                // swings by weave_angle)
-  double lat = 0, lon = 0, heading = 0;        // rad, at the start
-  double speed = 0;                            // m/s, reached by a start at 1 m/s^2
-  double duration = 0;                         // s
-  double imu_rate = 100;                       // Hz
-  int odometer_every = 10;                     // IMU samples
-  double weave_angle = 0, weave_period = 300;  // rad, s
-};
-DriveSettings read_drive_settings(const TomlTable& settings);
 
 struct DriveTruth {
   // Body increments of a sample.
@@ -31,16 +16,30 @@ struct DriveTruth {
   // Where the vehicle is at the end of a second (or of each sample, where there are fewer).
   struct Epoch {
     EcefState<double> state;
-    Vec<Ecef, double> east, north;
+    Vec<Ecef> east, north;  // at a pole: of longitude 0
     double distance = 0, h = 0, vu = 0;
+    bool fix = false;  // a position fix falls here
+  };
+  // An odometer interval: the wheel's true way, and turned / rolled.
+  struct Tick {
+    double way, factor;
   };
   double dt = 0;
   int epoch_every = 100;  // samples between epochs
+  int odometer_every = 10;
   std::vector<Step> steps;
   std::vector<Epoch> epochs;  // epochs[0]: the start
-  std::vector<double> ticks;  // way of each odometer interval [m]
-  int odometer_every = 10;
+  std::vector<Tick> ticks;
+  // The IMU's vertical and level axes in the vehicle: body components of right, forward, up.
+  Vec<Body> right, forward, up;
+  std::uint64_t hash() const;  // of every bit above
 };
-DriveTruth drive(const EarthModel& earth, const DriveSettings& settings);
+// Throws Error(kInput), at `where`, for more samples than memory should hold.
+DriveTruth drive_truth(const Scenario& scenario, const std::string& where);
+
+// From a campaign's [settings]: `scenario`, a file or the name of a ready one, or a `route`
+// (static, straight, weave, mixed, closed) with lat, lon, heading, speed, duration; imu_rate,
+// odometer_rate.
+Scenario drive_scenario(const TomlTable& settings);
 
 }  // namespace loxo

@@ -5,128 +5,190 @@
 #include <filesystem>
 
 #include "loxo/num/error.hpp"
+#include "loxo/num/functions.hpp"
 #include "loxo/num/units.hpp"
+#include "loxo/study/scenario_keys.hpp"
 #include "loxo/text/nearest.hpp"
 
 namespace loxo {
 namespace {
 
 using enum Dimension;
+using namespace scenario_keys;
 
-[[noreturn]] void refuse(const std::string& what, const std::string& where) {
-  throw Error(ErrorKind::kInput, what, where);
+std::vector<double> outages(const TomlTable& t) {
+  auto list = t.get_quantities("outages", kTime).value_or(std::vector<double>{});
+  if (list.size() % 2 != 0)
+    refuse("expected pairs of times: from, to, from, to …", t.where("outages"));
+  return list;
 }
-
-double positive(const TomlTable& t, const char* key, Dimension d, double otherwise) {
-  const double x = t.get_quantity(key, d).value_or(otherwise);
-  if (!(x > 0)) refuse("expected a value above 0", t.where(key));
-  return x;
+Vec<Body> lever_arm(const TomlTable& t) {
+  const auto l = t.get_vector3("lever_arm", kLength).value_or(std::array<double, 3>{});
+  return {l[0], l[1], l[2]};
 }
-double sigma(const TomlTable& t, const char* key, Dimension d) {
-  const double x = t.get_quantity(key, d).value_or(0.0);
-  if (x < 0)
-    refuse("expected a standard deviation of 0 or more, found a negative one", t.where(key));
-  return x;
-}
-double angle(const TomlTable& t, const char* key) {
-  return t.get_quantity(key, kAngle).value_or(0.0);
-}
-std::string one_of(const TomlTable& t, const char* key, const std::vector<std::string>& valid) {
-  const std::string found = t.get_string(key).value_or(valid.front());
-  for (const auto& name : valid)
-    if (name == found) return found;
-  refuse("unknown value '" + found + "'" + suggestion(found, valid), t.where(key));
+void offset(const TomlTable& t, const char* key, Dimension d, double* out) {
+  const auto o = t.get_vector3(key, d).value_or(std::array<double, 3>{});
+  for (std::size_t k = 0; k < 3; ++k) out[k] = o[k];
 }
 
-void read_path(const TomlTable& t, Trajectory& path) {
-  const auto start = t.get_table("start");
-  if (!start) refuse("missing; expected [start] with lat_deg and lon_deg", t.where("start"));
-  const double lat = start->need_number("lat_deg"), lon = start->need_number("lon_deg");
-  if (!(std::fabs(lat) <= 90)) refuse("expected degrees in [-90, 90]", start->where("lat_deg"));
-  if (!(std::fabs(lon) <= 360)) refuse("expected degrees in [-360, 360]", start->where("lon_deg"));
-  path.start = {lat * deg, std::remainder(lon, 360.0) * deg,
-                start->get_number("h_m").value_or(0.0)};
-  path.course = angle(*start, "course");
-  path.speed = start->get_quantity("speed", kSpeed).value_or(0.0);
-  double speed = path.speed;
-  const auto legs = t.get_tables("leg");
-  if (legs.empty()) refuse("missing; expected one [[leg]] or more", t.where("leg"));
-  const long long times = t.get_integer("repeat").value_or(1);
-  if (times < 1 || times > 100000)
-    refuse("expected how often the legs are gone through, 1 or more", t.where("repeat"));
-  for (const auto& table : legs) {
-    Leg leg;
-    leg.duration = positive(table, "duration", kTime, -1.0);
-    leg.speed = speed = table.get_quantity("speed", kSpeed).value_or(speed);
-    leg.turn = angle(table, "turn");
-    leg.straight = one_of(table, "path", {"straight", "course"}) == "straight";
-    path.legs.push_back(leg);
+void read_triad(const TomlTable& t, const std::string& name, bool gyro, TriadModel<double>& m,
+                double& markov_time, double* constant) {
+  const auto key = [&](const char* what) { return name + "_" + what; };
+  const Dimension rate = gyro ? kAngularRate : kAcceleration;
+  m.bias = sigma(t, key("bias"), rate);
+  m.noise = sigma(t, key("noise"), gyro ? kAngleRandomWalk : kVelocityRandomWalk);
+  m.walk = sigma(t, key("walk"), gyro ? kRateRandomWalk : kAccelerationRandomWalk);
+  m.markov = sigma(t, key("markov"), rate);
+  markov_time = positive(t, key("markov_time"), kTime, 3600);
+  m.scale = sigma(t, key("scale"), kNone);
+  m.misalignment = sigma(t, key("misalignment"), kAngle);
+  m.temperature = sigma(t, key("temperature"), gyro ? kRatePerTemperature : kAccelPerTemperature);
+  m.quantisation = sigma(t, key("quantisation"), gyro ? kAngle : kSpeed);
+  offset(t, key("offset").c_str(), rate, constant);
+}
+
+void read_imu(const TomlTable& t, ScenarioImu& imu) {
+  imu.rate = positive(t, "rate", kFrequency, 100.0);
+  imu.rates = one_of(t, "kind", {"increment", "rate"}) == "rate";
+  imu.stamp = one_of(t, "stamp", {"end", "middle", "instant"});
+  if (!imu.rates && imu.stamp != "end")
+    refuse("increments end at their stamp; expected kind = \"rate\" or stamp = \"end\"",
+           t.where("stamp"));
+  read_triad(t, "gyro", true, imu.errors.gyro, imu.around.gyro_markov_time, imu.around.gyro_offset);
+  read_triad(t, "accel", false, imu.errors.accel, imu.around.accel_markov_time,
+             imu.around.accel_offset);
+  imu.errors.g_sensitivity = sigma(t, "g_sensitivity", kGSensitivity);
+}
+
+// Lines of equal power over the band.
+constexpr int kLinesPerBand = 5;
+void read_vibration(const TomlTable& t, const ScenarioImu& imu, std::vector<VibrationLine>& lines) {
+  const double f = t.need_quantity("frequency", kFrequency);
+  const double width = t.get_quantity("width", kFrequency).value_or(0.0);
+  if (!(f > 0 && width >= 0 && width < 2 * f))
+    refuse("expected a frequency above 0 and a band that does not reach 0 Hz",
+           t.where("frequency"));
+  const double accel = sigma(t, "accel", kAcceleration), gyro = sigma(t, "gyro", kAngularRate);
+  if (accel == 0 && gyro == 0)
+    refuse("missing; expected accel or gyro, the rms of the band", t.where("accel"));
+  const std::string axes = t.get_string("axes").value_or("xyz");
+  VibrationLine line;
+  const int n = width > 0 ? kLinesPerBand : 1;
+  for (const char c : axes) {
+    if (c < 'x' || c > 'z') refuse("expected axes of x, y, z, as \"z\" or \"xy\"", t.where("axes"));
+    line.accel[c - 'x'] = accel / loxo::sqrt(n);
+    line.gyro[c - 'x'] = gyro / loxo::sqrt(n);
   }
-  const std::vector<Leg> once = path.legs;
-  for (long long i = 1; i < times; ++i) path.legs.insert(path.legs.end(), once.begin(), once.end());
-  for (const auto& table : t.get_tables("wave")) {
-    const std::vector<std::string> names = {"roll", "pitch", "yaw", "heave"};
-    const std::string axis = one_of(table, "axis", names);
-    Wave wave;
-    for (std::size_t i = 0; i < names.size(); ++i)
-      if (names[i] == axis) wave.axis = static_cast<WaveAxis>(i);
-    wave.amplitude =
-        table.need_quantity("amplitude", wave.axis == WaveAxis::kHeave ? kLength : kAngle);
-    wave.period = positive(table, "period", kTime, 10.0);
-    wave.phase = angle(table, "phase");
-    path.waves.push_back(wave);
+  for (int i = 0; i < n; ++i) {
+    // Not at equal distances: the sum does not repeat itself.
+    const double x = (i + 0.5 + 0.2 * loxo::sin(9.1 * i)) / n - 0.5;
+    line.frequency = f + width * x;
+    lines.push_back(line);
   }
-  if (const auto m = t.get_table("mounting")) {
-    path.mounting_heading = angle(*m, "heading");
-    path.mounting_pitch = angle(*m, "pitch");
-  }
+  if (lines.size() > 64)
+    refuse("more than 64 lines of vibration (a band has " + std::to_string(kLinesPerBand) + ")",
+           t.where("frequency"));
+  if (f > 50 * imu.rate)
+    refuse("a vibration at more than 50 times the IMU's rate", t.where("frequency"));
+}
+
+WheelFault read_fault(const TomlTable& t, bool dead) {
+  WheelFault f;
+  f.from = t.need_quantity("from", kTime);
+  f.to = t.need_quantity("to", kTime);
+  if (!(f.to > f.from)) refuse("expected a time after 'from'", t.where("to"));
+  f.dead = dead;
+  if (!dead) f.slip = t.need_quantity("slip", kNone);
+  return f;
+}
+
+void read_odometer(const TomlTable& t, ScenarioOdometer& o) {
+  o.present = true;
+  o.rate = positive(t, "rate", kFrequency, 10.0);
+  o.pulses = one_of(t, "kind", {"distance", "pulses"}) == "pulses";
+  o.metres_per_pulse = positive(t, "scale", kLengthPerPulse, 0.01);
+  auto& e = o.errors;
+  e.scale = t.get_quantity("k", kNone).value_or(1.0);
+  if (!(e.scale > 0)) refuse("expected indicated / true distance, above 0", t.where("k"));
+  e.scale_error = sigma(t, "scale_error", kNone);
+  e.scale_walk = sigma(t, "scale_walk", kScaleRandomWalk);
+  e.scale_markov = sigma(t, "scale_markov", kNone);
+  e.markov_time = positive(t, "markov_time", kTime, 600);
+  e.scale_noise = sigma(t, "scale_noise", kNone);
+  e.noise = sigma(t, "noise", kLength);
+  e.distance_noise = sigma(t, "distance_noise", kDistanceRandomWalk);
+  e.quantisation = sigma(t, "quantisation", kLength);
+  if (o.pulses) e.quantisation = o.metres_per_pulse;
+  const double over = positive(t, "wear_distance", kLength, 100e3);
+  e.wear = t.get_quantity("wear", kNone).value_or(0.0) / over;
+  o.delay = t.get_quantity("delay", kTime).value_or(0.0);
+  if (!(o.delay >= 0 && o.delay <= 10)) refuse("expected a delay from 0 to 10 s", t.where("delay"));
+  o.lever = lever_arm(t);
+  o.declared = t.get_bool("declared").value_or(true);
+  for (const auto& f : t.get_tables("slip")) o.faults.push_back(read_fault(f, false));
+  for (const auto& f : t.get_tables("dead")) o.faults.push_back(read_fault(f, true));
+}
+
+void read_fix(const TomlTable& t, ScenarioFix& f) {
+  f.present = true;
+  f.rate = positive(t, "rate", kFrequency, 1.0);
+  f.position = sigma(t, "position", kLength);
+  f.velocity = sigma(t, "velocity", kSpeed);
+  f.wander = sigma(t, "wander", kLength);
+  f.wander_time = positive(t, "wander_time", kTime, 300);
+  f.outlier_share = sigma(t, "outlier_share", kNone);
+  if (f.outlier_share > 1) refuse("expected a share from 0 to 1", t.where("outlier_share"));
+  f.outlier = sigma(t, "outlier_size", kLength, 100);
+  f.outages = outages(t);
+  f.delay = t.get_quantity("delay", kTime).value_or(0.0);
+  if (!(f.delay >= 0 && f.delay <= 10)) refuse("expected a delay from 0 to 10 s", t.where("delay"));
+  f.lever = lever_arm(t);
+  for (const auto& o : t.get_tables("outlier"))
+    f.outliers.push_back({o.need_quantity("at", kTime),
+                          o.get_quantity("east", kLength).value_or(0.0),
+                          o.get_quantity("north", kLength).value_or(0.0),
+                          o.get_quantity("up", kLength).value_or(0.0)});
+}
+
+// `noise`: the name of the white part.
+ScenarioChannel read_channel(const TomlTable& t, Dimension d, const char* noise) {
+  ScenarioChannel c;
+  c.present = true;
+  c.rate = positive(t, "rate", kFrequency, 1.0);
+  c.errors.noise = sigma(t, noise, d);
+  c.errors.bias = sigma(t, "bias", d);
+  c.errors.markov = sigma(t, "markov", d);
+  c.errors.markov_time = positive(t, "markov_time", kTime, 300);
+  c.outages = outages(t);
+  return c;
 }
 
 void read_sensors(const TomlTable& t, Scenario& s) {
-  if (const auto i = t.get_table("imu")) {
-    s.imu.rate = positive(*i, "rate", kFrequency, 100.0);
-    s.imu.gyro_bias = sigma(*i, "gyro_bias", kAngularRate);
-    s.imu.accel_bias = sigma(*i, "accel_bias", kAcceleration);
-    s.imu.gyro_noise = sigma(*i, "gyro_noise", kAngleRandomWalk);
-    s.imu.accel_noise = sigma(*i, "accel_noise", kVelocityRandomWalk);
-    s.imu.gyro_scale = sigma(*i, "gyro_scale", kNone);
-    s.imu.accel_scale = sigma(*i, "accel_scale", kNone);
-    s.imu.gyro_offset =
-        i->get_vector3("gyro_offset", kAngularRate).value_or(std::array<double, 3>{});
-    s.imu.accel_offset =
-        i->get_vector3("accel_offset", kAcceleration).value_or(std::array<double, 3>{});
+  if (const auto i = t.get_table("imu")) read_imu(*i, s.imu);
+  if (const auto ramp = t.get_table("temperature")) {
+    auto& a = s.imu.around;
+    a.temperature_from = ramp->get_quantity("from", kTemperature).value_or(0.0);
+    a.temperature_to = ramp->get_quantity("to", kTemperature).value_or(a.temperature_from);
+    a.ramp_begin = ramp->get_quantity("begin", kTime).value_or(0.0);
+    a.ramp_end = ramp->get_quantity("end", kTime).value_or(s.trajectory.duration());
+    if (!(a.ramp_end > a.ramp_begin)) refuse("expected a time after 'begin'", ramp->where("end"));
   }
-  if (const auto o = t.get_table("odometer")) {
-    s.odometer.present = true;
-    s.odometer.rate = positive(*o, "rate", kFrequency, 10.0);
-    s.odometer.pulses = one_of(*o, "kind", {"distance", "pulses"}) == "pulses";
-    s.odometer.scale = o->get_quantity("k", kNone).value_or(1.0);
-    if (!(s.odometer.scale > 0))
-      refuse("expected indicated / true distance, above 0", o->where("k"));
-    s.odometer.metres_per_pulse = positive(*o, "scale", kLengthPerPulse, 0.01);
-    s.odometer.scale_noise = sigma(*o, "scale_noise", kNone);
-    s.odometer.quantisation = sigma(*o, "quantisation", kLength);
-  }
+  for (const auto& v : t.get_tables("vibration")) read_vibration(v, s.imu, s.imu.around.vibration);
+  if (const auto o = t.get_table("odometer")) read_odometer(*o, s.odometer);
   if (const auto a = t.get_table("attitude")) {
     s.attitude.present = true;
     s.attitude.rate = positive(*a, "rate", kFrequency, 20.0);
-    s.attitude.heading_bias = sigma(*a, "heading_bias", kAngle);
-    s.attitude.heading_drift = sigma(*a, "heading_drift", kAngularRate);
-    s.attitude.heading_noise = sigma(*a, "heading_noise", kAngleRandomWalk);
+    s.attitude.heading.bias = sigma(*a, "heading_bias", kAngle);
+    s.attitude.heading.drift = sigma(*a, "heading_drift", kAngularRate);
+    s.attitude.heading.walk = sigma(*a, "heading_noise", kAngleRandomWalk);
+    s.attitude.heading.noise = sigma(*a, "heading_white", kAngle);
   }
-  if (const auto f = t.get_table("fix")) {
-    s.fix.present = true;
-    s.fix.rate = positive(*f, "rate", kFrequency, 1.0);
-    s.fix.position = sigma(*f, "position", kLength);
-    s.fix.velocity = sigma(*f, "velocity", kSpeed);
-    s.fix.outages = f->get_quantities("outages", kTime).value_or(std::vector<double>{});
-    if (s.fix.outages.size() % 2 != 0)
-      refuse("expected pairs of times: from, to, from, to …", f->where("outages"));
-  }
-  if (const auto h = t.get_table("height")) {
-    s.height.present = true;
-    s.height.rate = positive(*h, "rate", kFrequency, 1.0);
-    s.height.height = sigma(*h, "std", kLength);
+  if (const auto f = t.get_table("fix")) read_fix(*f, s.fix);
+  if (const auto h = t.get_table("height")) s.height = read_channel(*h, kLength, "std");
+  if (const auto h = t.get_table("heading")) s.heading = read_channel(*h, kAngle, "noise");
+  if (const auto v = t.get_table("velocity")) {
+    s.velocity = read_channel(*v, kSpeed, "noise");
+    s.velocity.scale = sigma(*v, "scale", kNone);
   }
   if (const auto r = t.get_table("reference"))
     s.reference_rate = positive(*r, "rate", kFrequency, 10.0);
@@ -137,7 +199,7 @@ void read_sensors(const TomlTable& t, Scenario& s) {
     const std::string at = b.need_string("at");
     point.t = at == "start" ? 0 : at == "end" ? end : b.need_quantity("at", kTime);
     if (!(point.t >= 0 && point.t <= end))
-      refuse("expected start, end or a time within the " + std::to_string(end) + " s of the legs",
+      refuse("expected start, end or a time within the drive's " + std::to_string(end) + " s",
              b.where("at"));
     point.std = sigma(b, "std", kLength);
     s.benchmarks.push_back(point);
@@ -181,30 +243,29 @@ Scenario read_scenario(const std::string& path_or_name, const std::vector<std::s
   s.about = t.get_string("about").value_or("");
   if (const auto seed = t.get_integer("seed")) s.seed = static_cast<std::uint64_t>(*seed);
   s.ellipsoid_text = t.get_string("ellipsoid").value_or("WGS84");
+  Ellipsoid ellipsoid;
   try {
-    s.trajectory.ellipsoid = ellipsoid_by_name(s.ellipsoid_text);
+    ellipsoid = ellipsoid_by_name(s.ellipsoid_text);
   } catch (const Error& e) {
     refuse(e.what(), t.where("ellipsoid"));
   }
-  read_path(t, s.trajectory);
+  const auto folder = ready != nullptr ? std::filesystem::path(".")
+                                       : std::filesystem::path(path_or_name).parent_path();
+  s.trajectory = read_trajectory(t, ellipsoid, s.seed, folder.string());
   read_sensors(t, s);
   t.refuse_unknown();
-  for (const Leg& leg : s.trajectory.legs)
-    if (!(std::fabs(leg.speed) <= 1e4))
-      refuse("expected a speed of at most 10 km/s, found " + std::to_string(leg.speed) + " m/s",
-             t.where("leg"));
   const double samples = s.trajectory.duration() * s.imu.rate;
   if (samples < 2)
-    refuse("expected legs of two IMU samples or more, found " + std::to_string(samples),
+    refuse("expected a drive of two IMU samples or more, found " + std::to_string(samples),
            t.where("imu"));
   if (samples > 2e8)
     refuse("expected at most 200 million IMU samples, found " + std::to_string(samples),
            t.where("imu"));
-  for (const Leg& leg : s.trajectory.legs)
-    if (!leg.straight && std::fabs(s.trajectory.start.lat) > 89.9999 * deg)
-      refuse("a true course does not exist at a pole; expected path = \"straight\"",
-             t.where("leg"));
   return s;
+}
+
+long samples_between(double imu_rate, double rate) {
+  return std::max(1L, std::lround(imu_rate / rate));
 }
 
 }  // namespace loxo

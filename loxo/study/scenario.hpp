@@ -8,36 +8,50 @@
 #include <string>
 #include <vector>
 
+#include "loxo/sim/odometer_errors.hpp"
 #include "loxo/sim/trajectory.hpp"
 #include "loxo/text/toml.hpp"
 
 namespace loxo {
 
 struct ScenarioImu {
-  double rate = 100;  // Hz
-  double gyro_bias = 0, accel_bias = 0, gyro_scale = 0,
-         accel_scale = 0;                               // 1 sigma of constants drawn per axis
-  double gyro_noise = 0, accel_noise = 0;               // rad/sqrt(s), m/s/sqrt(s)
-  std::array<double, 3> gyro_offset{}, accel_offset{};  // known constants, added
+  double rate = 100;          // Hz
+  bool rates = false;         // written as rates, not increments
+  std::string stamp = "end";  // of rates: mean over the interval that ends or is centred there, or
+                              // the value at that instant: end, middle, instant
+  ImuModel<double> errors;
+  ImuSurroundings around;
 };
 struct ScenarioOdometer {
   bool present = false, pulses = false;
-  double rate = 10, scale = 1, metres_per_pulse = 0.01;  // Hz; k: indicated / true
-  double scale_noise = 0, quantisation = 0;              // of each increment; m
+  double rate = 10, metres_per_pulse = 0.01;  // Hz
+  OdometerModel<double> errors;
+  std::vector<WheelFault> faults;
+  double delay = 0;      // s
+  Vec<Body> lever;       // m, from the IMU to the wheel, the IMU's body axes
+  bool declared = true;  // delay and lever arm stand in the drive
 };
 struct ScenarioAttitude {
   bool present = false;
-  double rate = 20, heading_bias = 0, heading_drift = 0,
-         heading_noise = 0;  // Hz, rad, rad/s, rad/sqrt(s)
+  double rate = 20;              // Hz
+  ChannelModel<double> heading;  // rad
 };
 struct ScenarioFix {
   bool present = false;
   double rate = 1, position = 0, velocity = 0;  // Hz, 1 sigma per axis m, m/s
-  std::vector<double> outages;                  // from, to, from, to … s
+  double wander = 0, wander_time = 300;         // m, s: Markov part of each axis
+  double outlier_share = 0, outlier = 100;      // how many fixes are gross, 1 sigma per axis m
+  std::vector<FixOutlier> outliers;
+  std::vector<double> outages;  // from, to, from, to … s
+  double delay = 0;             // s, stated in the drive
+  Vec<Body> lever;              // m, from the IMU to the antenna, stated in the drive
 };
-struct ScenarioHeight {
+// A sensor of one number: height [m], heading [rad], speed over ground [m/s].
+struct ScenarioChannel {
   bool present = false;
-  double rate = 1, height = 0;
+  double rate = 1, scale = 0;  // Hz; 1 sigma of a constant relative error
+  ChannelModel<double> errors;
+  std::vector<double> outages;
 };
 struct ScenarioBenchmark {
   std::string name;
@@ -57,7 +71,7 @@ struct Scenario {
   ScenarioOdometer odometer;
   ScenarioAttitude attitude;
   ScenarioFix fix;
-  ScenarioHeight height;
+  ScenarioChannel height, heading, velocity;
   std::vector<ScenarioBenchmark> benchmarks;
   ScenarioStartError start_error;
   double reference_rate = 10;  // Hz
@@ -71,6 +85,14 @@ const std::vector<ReadyScenario>& ready_scenarios();
 // A file's path or a ready scenario's name. Throws Error(kUsage) with the nearest name,
 // Error(kInput) for its content.
 Scenario read_scenario(const std::string& path_or_name, const std::vector<std::string>& sets = {});
+
+// The parts of a scenario's file that say where the vehicle goes: [start], [[leg]], [path],
+// [[waypoint]], [[wave]], [sea], [mounting]. `folder`: of a recorded track; `seed`: of a random
+// road and of a sea.
+Trajectory read_trajectory(const TomlTable& t, const Ellipsoid& ellipsoid, std::uint64_t seed,
+                           const std::string& folder);
+// Every how many samples a slower sensor speaks.
+long samples_between(double imu_rate, double rate);
 
 struct SimulatedDrive {
   std::size_t samples = 0, fixes = 0, benchmarks = 0;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "loxo/earth/attitude.hpp"
+#include "loxo/ins/increments.hpp"
 #include "loxo/log/drive_folder.hpp"
 #include "loxo/log/solution_file.hpp"
 #include "loxo/num/error.hpp"
@@ -16,26 +17,16 @@
 namespace loxo {
 namespace {
 
-// Streams of random numbers, one per source, so that one sensor's settings do not change another's
-// noise.
-enum : std::uint64_t { kConstants, kImu, kOdometer, kAttitude, kFix, kHeight, kBenchmark };
-
 // Nearer to a pole than this a drive of constant true course is refused: it would turn once round
 // in a second or so.
 constexpr double kPoleCap = 10;  // m
 
-// Every how many IMU samples a slower sensor speaks.
-long every(double imu_rate, double rate) { return std::max(1L, std::lround(imu_rate / rate)); }
-
 std::string start_section(const Scenario& s, const Truth& truth) {
   const auto& e = s.start_error;
   EcefState<double> x = truth.state;
-  const auto g = s.trajectory.start;
-  const double sine = std::sin(s.trajectory.course), cosine = std::cos(s.trajectory.course);
-  const auto axes = transpose(geographic_axes(g.lat, g.lon));
+  const Vec<Ecef> right_axis = cross(truth.forward, truth.up);
   const auto of_track = [&](double right, double forward, double up) {
-    return axes *
-           Vec<Geographic>{cosine * right + sine * forward, cosine * forward - sine * right, up};
+    return right * right_axis + forward * truth.forward + up * truth.up;
   };
   x.r = x.r + of_track(e.right, e.forward, 0);
   x.v += of_track(e.v_right, e.v_forward, 0);
@@ -49,27 +40,48 @@ std::string start_section(const Scenario& s, const Truth& truth) {
       number_text(x.q_eb.y), number_text(x.q_eb.z));
 }
 
+std::string vector_of(const Vec<Body>& v, const char* unit) {
+  return fmt::format("\"{} {} {} {}\"", number_text(v.x), number_text(v.y), number_text(v.z), unit);
+}
+
+// What a user knows of the sensors: the drive's declaration, part by part. Slow parts of a bias are
+// declared with its constant.
 std::string sections(const Scenario& s) {
+  const auto& gyro = s.imu.errors.gyro;
+  const auto& accel = s.imu.errors.accel;
   ErrorsLine imu;
-  imu.add("gyro_bias", s.imu.gyro_bias, "rad/s");
-  imu.add("gyro_noise", s.imu.gyro_noise, "rad/sqrt(s)");
-  imu.add("accel_bias", s.imu.accel_bias, "m/s^2");
-  imu.add("accel_noise", s.imu.accel_noise, "m/s/sqrt(s)");
-  imu.add("gyro_scale", s.imu.gyro_scale, "");
-  imu.add("accel_scale", s.imu.accel_scale, "");
+  imu.add("gyro_bias", std::hypot(gyro.bias, gyro.markov), "rad/s");
+  imu.add("gyro_noise", gyro.noise, "rad/sqrt(s)");
+  if (gyro.markov > 0) imu.add("gyro_bias_tau", s.imu.around.gyro_markov_time, "s");
+  imu.add("accel_bias", std::hypot(accel.bias, accel.markov), "m/s^2");
+  imu.add("accel_noise", accel.noise, "m/s/sqrt(s)");
+  if (accel.markov > 0) imu.add("accel_bias_tau", s.imu.around.accel_markov_time, "s");
+  imu.add("gyro_scale", gyro.scale, "");
+  imu.add("accel_scale", accel.scale, "");
   std::string toml = imu_increment_section(imu);
+  if (s.imu.rates)
+    toml = fmt::format(
+        "\n[imu]\nfile = \"imu.csv\"\nkind = \"rate\"\nstamp = \"{}\"\naxes = \"RFU\"\ncolumns = "
+        "{{ "
+        "time = \"t_s\", gyro = [\"wx_radps\", \"wy_radps\", \"wz_radps\"], accel = "
+        "[\"fx_mps2\", \"fy_mps2\", \"fz_mps2\"] }}\n{}",
+        s.imu.stamp, imu.line());
   if (s.odometer.present) {
-    toml += s.odometer.pulses ? fmt::format(
-                                    "\n[odometer]\nfile = \"odometer.csv\"\nkind = "
-                                    "\"pulses\"\ncolumns = {{ time = \"t_s\", value = "
-                                    "\"pulses\" }}\nscale = \"{} m/pulse\"\n",
-                                    number_text(s.odometer.metres_per_pulse))
-                              : "\n[odometer]\nfile = \"odometer.csv\"\nkind = "
-                                "\"distance\"\ncolumns = { time = \"t_s\", value = \"ds_m\" }\n";
+    const auto& o = s.odometer;
+    toml += o.pulses ? fmt::format(
+                           "\n[odometer]\nfile = \"odometer.csv\"\nkind = "
+                           "\"pulses\"\ncolumns = {{ time = \"t_s\", value = "
+                           "\"pulses\" }}\nscale = \"{} m/pulse\"\n",
+                           number_text(o.metres_per_pulse))
+                     : "\n[odometer]\nfile = \"odometer.csv\"\nkind = "
+                       "\"distance\"\ncolumns = { time = \"t_s\", value = \"ds_m\" }\n";
+    if (o.declared && o.delay > 0) toml += fmt::format("delay = \"{} s\"\n", number_text(o.delay));
+    if (o.declared && dot(o.lever, o.lever) > 0)
+      toml += "lever_arm = " + vector_of(o.lever, "m") + "\n";
     ErrorsLine e;
-    e.add("scale_noise", s.odometer.scale_noise, "");
-    e.add("quantisation", s.odometer.pulses ? s.odometer.metres_per_pulse : s.odometer.quantisation,
-          "m");
+    e.add("scale_noise", o.errors.scale_noise, "");
+    e.add("quantisation", o.errors.quantisation, "m");
+    e.add("scale", o.errors.scale_error, "");
     toml += e.line();
   }
   if (s.attitude.present) {
@@ -78,9 +90,9 @@ std::string sections(const Scenario& s) {
         "\"heading_deg\", pitch = \"pitch_deg\", "
         "roll = \"roll_deg\" }\n";
     ErrorsLine e;
-    e.add("heading_bias", s.attitude.heading_bias, "rad");
-    e.add("heading_drift", s.attitude.heading_drift, "rad/s");
-    e.add("heading_noise", s.attitude.heading_noise, "rad/sqrt(s)");
+    e.add("heading_bias", s.attitude.heading.bias, "rad");
+    e.add("heading_drift", s.attitude.heading.drift, "rad/s");
+    e.add("heading_noise", s.attitude.heading.walk, "rad/sqrt(s)");
     toml += e.line();
   }
   if (s.fix.present) {
@@ -88,20 +100,111 @@ std::string sections(const Scenario& s) {
         "\n[fix]\nfile = \"fix.csv\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", lon = "
         "\"lon_deg\", height = \"h_m\", ve = "
         "\"ve_mps\", vn = \"vn_mps\", vu = \"vu_mps\" }\n";
+    if (s.fix.delay > 0) toml += fmt::format("delay = \"{} s\"\n", number_text(s.fix.delay));
+    if (dot(s.fix.lever, s.fix.lever) > 0)
+      toml += "lever_arm = " + vector_of(s.fix.lever, "m") + "\n";
     ErrorsLine e;
-    e.add("position", s.fix.position, "m");
+    e.add("position", std::hypot(s.fix.position, s.fix.wander), "m");
     e.add("velocity", s.fix.velocity, "m/s");
     toml += e.line();
   }
-  if (s.height.present) {
-    toml += "\n[height]\nfile = \"height.csv\"\ncolumns = { time = \"t_s\", height = \"h_m\" }\n";
+  const auto channel = [&](const ScenarioChannel& c, const char* section, const char* columns,
+                           const char* key, const char* unit) {
+    if (!c.present) return;
+    toml += fmt::format("\n[{0}]\nfile = \"{0}.csv\"\ncolumns = {{ time = \"t_s\", {1} }}\n",
+                        section, columns);
     ErrorsLine e;
-    e.add("height", s.height.height, "m");
+    e.add(key, std::hypot(c.errors.noise, std::hypot(c.errors.bias, c.errors.markov)), unit);
     toml += e.line();
-  }
+  };
+  channel(s.height, "height", "height = \"h_m\"", "height", "m");
+  channel(s.heading, "heading", "heading = \"heading_deg\"", "heading", "rad");
+  channel(s.velocity, "velocity", "velocity = [\"vx_mps\", \"vy_mps\", \"vz_mps\"]", "velocity",
+          "m/s");
   toml += reference_section();
   return toml;
 }
+
+bool in_outage(const std::vector<double>& outages, double t) {
+  for (std::size_t j = 0; j + 1 < outages.size(); j += 2)
+    if (t >= outages[j] && t < outages[j + 1]) return true;
+  return false;
+}
+
+// A vehicle that is not near the ground, or turns on the spot round a pole, is no vehicle.
+void check_truth(const Scenario& s, const Truth& truth, bool true_course) {
+  if (!(std::fabs(truth.h) < 1e5) || !std::isfinite(truth.state.v.x))
+    throw Error(ErrorKind::kInput,
+                fmt::format("the trajectory is lost at {} s: expected a vehicle near the ground",
+                            number_text(truth.t)),
+                s.name);
+  if (true_course && std::hypot(truth.state.r.x, truth.state.r.y) < kPoleCap)
+    throw Error(ErrorKind::kInput,
+                fmt::format("the leg keeps a true course, which a pole does not have, and passes "
+                            "one within {} m at {} s; "
+                            "expected path = \"straight\"",
+                            number_text(kPoleCap), number_text(truth.t)),
+                s.name);
+}
+
+// One file of a slower sensor: when it speaks, and what it says of the truth.
+class Speaker {
+ public:
+  Speaker(bool present, const Scenario& s, double rate, const std::string& path,
+          const std::string& header)
+      : every_(samples_between(s.imu.rate, rate)) {
+    if (present) file_.emplace_back(path, header);
+  }
+  bool at(long i) const { return !file_.empty() && i % every_ == 0; }
+  double interval(const Scenario& s) const { return static_cast<double>(every_) / s.imu.rate; }
+  void row(std::initializer_list<double> values) {
+    file_[0].row(values);
+    ++count_;
+  }
+  std::uint64_t count() const { return count_; }
+  void commit() {
+    for (auto& f : file_) f.commit();
+  }
+
+ private:
+  long every_;
+  std::uint64_t count_ = 0;
+  std::vector<ChannelWriter> file_;
+};
+
+// GNSS: white noise, a wandering part, gross errors.
+class FixSensor {
+ public:
+  explicit FixSensor(const Scenario& s) : s_(s) {
+    ChannelModel<double> wander;
+    wander.markov = s.fix.wander;
+    wander.markov_time = s.fix.wander_time;
+    for (std::uint64_t k = 0; k < 3; ++k)
+      wander_.emplace_back(wander, noise_source::kFixSlow, k, s.seed, 0);
+  }
+  // Errors of position [m] and velocity [m/s], east, north, up, of fix k (0, 1, 2 … in turn).
+  void errors(std::uint64_t k, double t, double dt, Vec<Geographic>& position,
+              Vec<Geographic>& velocity) {
+    const auto& f = s_.fix;
+    const Stream<double> stream{s_.seed, 0, noise_source::kFix};
+    const auto w = stream.normals<9>(k);
+    position = {f.position * w[0], f.position * w[1], f.position * w[2]};
+    velocity = {f.velocity * w[3], f.velocity * w[4], f.velocity * w[5]};
+    double slow[3];
+    for (std::size_t i = 0; i < 3; ++i) slow[i] = wander_[i].error(k, t, dt);
+    position += {slow[0], slow[1], slow[2]};
+    if (f.outlier_share > 0 && stream.uniform(k) < f.outlier_share)
+      position += f.outlier * Vec<Geographic>{w[6], w[7], w[8]};
+    for (std::size_t i = 0; i < f.outliers.size(); ++i) {
+      const auto& o = f.outliers[i];
+      if (t >= o.t && (k == 0 || t - dt < o.t)) position += {o.east, o.north, o.up};
+    }
+  }
+
+ private:
+  const Scenario& s_;
+  std::vector<Channel<double>> wander_;
+};
 
 }  // namespace
 
@@ -111,130 +214,136 @@ SimulatedDrive write_scenario(const Scenario& s, const std::string& folder,
   const auto file = [&](const char* name) { return folder + "/" + name; };
   const double dt = 1.0 / s.imu.rate;
   const long n = std::lround(s.trajectory.duration() * s.imu.rate);
-  const long odometer_every = every(s.imu.rate, s.odometer.rate),
-             attitude_every = every(s.imu.rate, s.attitude.rate),
-             fix_every = every(s.imu.rate, s.fix.rate),
-             height_every = every(s.imu.rate, s.height.rate),
-             reference_every = every(s.imu.rate, s.reference_rate);
+  const long reference_every = samples_between(s.imu.rate, s.reference_rate);
 
-  const auto constants = Stream<double>{s.seed, 0, kConstants}.normals<14>(0);
-  const auto drawn = [&](std::size_t first, double sigma) {
-    return Vec<Body>{sigma * constants[first], sigma * constants[first + 1],
-                     sigma * constants[first + 2]};
-  };
-  const auto& go = s.imu.gyro_offset;
-  const auto& ao = s.imu.accel_offset;
-  const Vec<Body> gyro = drawn(0, s.imu.gyro_bias) + Vec<Body>{go[0], go[1], go[2]},
-                  accel = drawn(3, s.imu.accel_bias) + Vec<Body>{ao[0], ao[1], ao[2]},
-                  gyro_k = drawn(6, s.imu.gyro_scale), accel_k = drawn(9, s.imu.accel_scale);
-  const double heading_bias = s.attitude.heading_bias * constants[12],
-               heading_drift = s.attitude.heading_drift * constants[13];
+  ImuSensor<double> imu_sensor(s.imu.errors, s.imu.around, dt, s.seed, 0);
+  Odometer<double> wheel(s.odometer.errors, s.seed, 0);
+  WayMemory memory(s.odometer.delay);
+  Channel<double> heading_error(s.attitude.heading, noise_source::kAttitude, 0, s.seed, 0),
+      height_error(s.height.errors, noise_source::kHeight, 0, s.seed, 0),
+      compass_error(s.heading.errors, noise_source::kHeading, 0, s.seed, 0);
+  std::vector<Channel<double>> log_error;
+  for (std::uint64_t k = 0; k < 3; ++k)
+    log_error.emplace_back(s.velocity.errors, noise_source::kVelocity, k, s.seed, 0);
+  const double log_scale =
+      1 + s.velocity.scale * Stream<double>{s.seed, 0, noise_source::kVelocity}.normal(1ull << 40);
+  FixSensor fixes(s);
 
-  ChannelWriter imu(file("imu.csv"), kImuIncrementHeader);
+  ChannelWriter imu(file("imu.csv"), s.imu.rates
+                                         ? "t_s,wx_radps,wy_radps,wz_radps,fx_mps2,fy_mps2,fz_mps2"
+                                         : kImuIncrementHeader);
   SolutionWriter reference(file("reference.csv"), {{"mode", "truth"}, {"ellipsoid", earth.name}});
-  std::vector<ChannelWriter> odometer, attitude, fix, height;
-  if (s.odometer.present)
-    odometer.emplace_back(file("odometer.csv"), s.odometer.pulses ? "t_s,pulses" : "t_s,ds_m");
-  if (s.attitude.present)
-    attitude.emplace_back(file("attitude.csv"), "t_s,heading_deg,pitch_deg,roll_deg");
-  if (s.fix.present)
-    fix.emplace_back(file("fix.csv"), "t_s,lat_deg,lon_deg,h_m,ve_mps,vn_mps,vu_mps");
-  if (s.height.present) height.emplace_back(file("height.csv"), "t_s,h_m");
+  Speaker odometer(s.odometer.present, s, s.odometer.rate, file("odometer.csv"),
+                   s.odometer.pulses ? "t_s,pulses" : "t_s,ds_m"),
+      attitude(s.attitude.present, s, s.attitude.rate, file("attitude.csv"),
+               "t_s,heading_deg,pitch_deg,roll_deg"),
+      fix(s.fix.present, s, s.fix.rate, file("fix.csv"),
+          "t_s,lat_deg,lon_deg,h_m,ve_mps,vn_mps,vu_mps"),
+      height(s.height.present, s, s.height.rate, file("height.csv"), "t_s,h_m"),
+      compass(s.heading.present, s, s.heading.rate, file("heading.csv"), "t_s,heading_deg"),
+      log(s.velocity.present, s, s.velocity.rate, file("velocity.csv"), "t_s,vx_mps,vy_mps,vz_mps");
 
   SimulatedDrive made;
   std::string benchmarks;
   TrajectoryWalk walk(s.trajectory);
   const std::string start = start_section(s, walk.truth());
-  double told = 0, last_distance = 0, indicated = 0,
-         wander = 0;  // odometer's steps written; heading's random walk
-  const double grain = s.odometer.pulses ? s.odometer.metres_per_pulse : s.odometer.quantisation;
+  const bool needs_memory = s.odometer.present && s.odometer.delay > 0;
+  double last_way = 0;
+  std::uint64_t fix_number = 0, height_number = 0, compass_number = 0, log_number = 0;
   for (long i = 0; i <= n; ++i) {
     const double t = static_cast<double>(i) / s.imu.rate;
-    const auto k = static_cast<std::uint64_t>(i);
     if (i > 0) {
-      const auto u = walk.to(t);
-      double noise[6]{};
-      if (s.imu.gyro_noise > 0 || s.imu.accel_noise > 0)
-        Stream<double>{s.seed, 0, kImu}.fill(k, noise, 6);
-      const double a = s.imu.gyro_noise * std::sqrt(dt), b = s.imu.accel_noise * std::sqrt(dt);
-      imu.row({t, u.dtheta.x * (1 + gyro_k.x) + gyro.x * dt + a * noise[0],
-               u.dtheta.y * (1 + gyro_k.y) + gyro.y * dt + a * noise[1],
-               u.dtheta.z * (1 + gyro_k.z) + gyro.z * dt + a * noise[2],
-               u.dv.x * (1 + accel_k.x) + accel.x * dt + b * noise[3],
-               u.dv.y * (1 + accel_k.y) + accel.y * dt + b * noise[4],
-               u.dv.z * (1 + accel_k.z) + accel.z * dt + b * noise[5]});
+      ImuIncrement<double> u;
+      double stamp = t;
+      if (s.imu.rates && s.imu.stamp == "instant") {
+        walk.to(t);
+        const Truth now = walk.truth();
+        u = {t, dt, dt * now.w_ib, dt * now.f};
+      } else {
+        u = walk.to(t);
+        if (s.imu.stamp == "middle") stamp = t - 0.5 * dt;
+      }
+      const double th[3] = {u.dtheta.x, u.dtheta.y, u.dtheta.z}, v[3] = {u.dv.x, u.dv.y, u.dv.z};
+      const auto m = imu_sensor.measure(static_cast<std::uint64_t>(i - 1), th, v);
+      const double k = s.imu.rates ? s.imu.rate : 1.0;
+      imu.row({stamp, k * m.dtheta.x, k * m.dtheta.y, k * m.dtheta.z, k * m.dv.x, k * m.dv.y,
+               k * m.dv.z});
       ++made.samples;
     }
+    if (needs_memory)
+      memory.add(t, walk.wheel_way(s.odometer.lever), walk.wheel_speed(s.odometer.lever));
     const bool surveyed = [&] {
       for (const auto& p : s.benchmarks)
         if (std::lround(p.t * s.imu.rate) == i) return true;
       return false;
     }();
-    const bool speaks = i % odometer_every == 0 || i % attitude_every == 0 || i % fix_every == 0 ||
-                        i % height_every == 0 || i % reference_every == 0 || surveyed || i == n;
+    const bool speaks = odometer.at(i) || attitude.at(i) || fix.at(i) || height.at(i) ||
+                        compass.at(i) || log.at(i) || i % reference_every == 0 || surveyed ||
+                        i == n;
     if (!speaks) continue;
     const Truth truth = walk.truth();
+    check_truth(s, truth, walk.true_course());
     const SolutionRow row =
         solution_row(earth, truth.t, truth.state.r, truth.state.v, truth.state.q_eb);
-    if (!(std::fabs(truth.h) < 1e5) || !std::isfinite(truth.state.v.x))
-      throw Error(ErrorKind::kInput,
-                  fmt::format("the trajectory is lost at {} s: expected a vehicle near the ground",
-                              number_text(t)),
-                  s.name);
-    if (walk.true_course() && std::hypot(truth.state.r.x, truth.state.r.y) < kPoleCap)
-      throw Error(ErrorKind::kInput,
-                  fmt::format("the leg keeps a true course, which a pole does not have, and passes "
-                              "one within {} m at {} s; "
-                              "expected path = \"straight\"",
-                              number_text(kPoleCap), number_text(t)),
-                  s.name);
     if (i % reference_every == 0 || i == n) reference.write(row);
-    if (s.odometer.present && i > 0 && i % odometer_every == 0) {
-      const double noise =
-          s.odometer.scale_noise > 0
-              ? s.odometer.scale_noise * Stream<double>{s.seed, 0, kOdometer}.normal(k)
-              : 0;
-      indicated += (truth.distance - last_distance) * s.odometer.scale * (1 + noise);
-      last_distance = truth.distance;
-      // Whole steps of the running sum: the remainder is not lost.
-      const double now = grain > 0 ? std::floor(indicated / grain + 1e-9) : indicated;
-      odometer[0].row({t, (now - told) * (grain > 0 && !s.odometer.pulses ? grain : 1.0)});
-      told = now;
+    if (odometer.at(i)) {
+      const double way = needs_memory ? memory.way() : walk.wheel_way(s.odometer.lever);
+      if (i > 0) {
+        const double span = odometer.interval(s), end = t - s.odometer.delay;
+        const double told = wheel.reading(odometer.count(), way - last_way,
+                                          wheel_factor(s.odometer.faults, end - span, end), span);
+        odometer.row(
+            {t, s.odometer.pulses ? std::round(told / s.odometer.metres_per_pulse) : told});
+      }
+      last_way = way;
     }
-    if (s.attitude.present && i % attitude_every == 0) {
-      if (s.attitude.heading_noise > 0 && i > 0)
-        wander += s.attitude.heading_noise * std::sqrt(dt * static_cast<double>(attitude_every)) *
-                  Stream<double>{s.seed, 0, kAttitude}.normal(k);
-      const double heading = row.heading + heading_bias + heading_drift * t + wander;
-      attitude[0].row({t, heading / deg - 360 * std::floor(heading / (2 * kPi)), row.pitch / deg,
-                       row.roll / deg});
+    if (attitude.at(i)) {
+      const double heading =
+          row.heading + heading_error.error(attitude.count(), t, attitude.interval(s));
+      attitude.row({t, heading / deg - 360 * std::floor(heading / (2 * kPi)), row.pitch / deg,
+                    row.roll / deg});
     }
     const auto axes = transpose(geographic_axes(row.lat, row.lon));
-    if (s.fix.present && i % fix_every == 0) {
-      bool out = false;
-      for (std::size_t j = 0; j + 1 < s.fix.outages.size(); j += 2)
-        out = out || (t >= s.fix.outages[j] && t < s.fix.outages[j + 1]);
-      if (!out) {
-        const auto w = Stream<double>{s.seed, 0, kFix}.normals<6>(k);
-        const double p = s.fix.position, v = s.fix.velocity;
-        const auto g = to_geodetic(
-            earth, truth.state.r + axes * Vec<Geographic>{p * w[0], p * w[1], p * w[2]});
-        fix[0].row({t, g.lat / deg, g.lon / deg, g.h, row.ve + v * w[3], row.vn + v * w[4],
-                    row.vu + v * w[5]});
+    if (fix.at(i)) {
+      Vec<Geographic> dp, dv;
+      fixes.errors(fix_number++, t, fix.interval(s), dp, dv);
+      if (!in_outage(s.fix.outages, t)) {
+        const auto g =
+            to_geodetic(earth, truth.state.r + rotate(truth.state.q_eb, s.fix.lever) + axes * dp);
+        const auto turning = rotate(truth.state.q_eb, cross(walk.earth_rate(), s.fix.lever));
+        const auto v = transpose(axes) * turning + dv;
+        // A late fix: its stamp says when it arrived.
+        fix.row({t + s.fix.delay, g.lat / deg, g.lon / deg, g.h, row.ve + v.x, row.vn + v.y,
+                 row.vu + v.z});
         ++made.fixes;
       }
     }
-    if (s.height.present && i % height_every == 0)
-      height[0].row({t, row.h + s.height.height * Stream<double>{s.seed, 0, kHeight}.normal(k)});
+    if (height.at(i)) {
+      const double e = height_error.error(height_number++, t, height.interval(s));
+      if (!in_outage(s.height.outages, t)) height.row({t, row.h + e});
+    }
+    if (compass.at(i)) {
+      const double h = row.heading + compass_error.error(compass_number++, t, compass.interval(s));
+      if (!in_outage(s.heading.outages, t))
+        compass.row({t, h / deg - 360 * std::floor(h / (2 * kPi))});
+    }
+    if (log.at(i)) {
+      const Vec<Body> v = rotate(conjugate(truth.state.q_eb), truth.state.v);
+      double e[3];
+      for (std::size_t j = 0; j < 3; ++j) e[j] = log_error[j].error(log_number, t, log.interval(s));
+      ++log_number;
+      if (!in_outage(s.velocity.outages, t))
+        log.row({t, v.x * log_scale + e[0], v.y * log_scale + e[1], v.z * log_scale + e[2]});
+    }
     for (std::size_t j = 0; surveyed && j < s.benchmarks.size(); ++j) {
       const auto& point = s.benchmarks[j];
       if (std::lround(point.t * s.imu.rate) != i) continue;
-      const auto w = Stream<double>{s.seed, 0, kBenchmark}.normals<3>(j);
+      const auto w = Stream<double>{s.seed, 0, noise_source::kBenchmark}.normals<3>(j);
       const auto g = to_geodetic(
           earth, truth.state.r +
                      axes * Vec<Geographic>{point.std * w[0], point.std * w[1], point.std * w[2]});
-      benchmarks += benchmark_section(
-          {point.name, {.t = t, .lat = g.lat, .lon = g.lon, .h = g.h, .std = point.std}});
+      benchmarks +=
+          benchmark_section({point.name, {t, -1, g.lat, g.lon, g.h, point.std, point.std}});
       ++made.benchmarks;
     }
     if (progress) progress(t);
@@ -243,8 +352,7 @@ SimulatedDrive write_scenario(const Scenario& s, const std::string& folder,
   made.distance = walk.truth().distance;
   imu.commit();
   reference.commit();
-  for (auto* files : {&odometer, &attitude, &fix, &height})
-    for (ChannelWriter& csv : *files) csv.commit();
+  for (auto* f : {&odometer, &attitude, &fix, &height, &compass, &log}) f->commit();
   OutputFile toml(file("drive.toml"));
   toml.write(fmt::format("# Simulated; seed {}.\nformat = 1\nname = \"{}\"\nellipsoid = \"{}\"\n",
                          s.seed, s.name, s.ellipsoid_text) +
