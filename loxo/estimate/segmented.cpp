@@ -93,6 +93,7 @@ struct SegmentedNavigator::Impl {
   Quat<Ecef, Body> q;
   Vec<Ecef> v;
   Point<Ecef> r;
+  NormalPoint<double> np;  // of r, kept along: one Newton step a sample instead of eight
   Rot<Geographic, Body> C_nb;
   ImuIncrement<double> before;
   EarthModel earth;
@@ -126,6 +127,7 @@ struct SegmentedNavigator::Impl {
     q = to_quaternion(transpose(C) * s.C_nb);
     v = transpose(C) * Vec<Geographic>{s.ve, s.vn, 0};
     r = to_ecef(c.ellipsoid, s.place);
+    np = normal_point(earth, r);
     dr_lat = s.place.lat, dr_lon = s.place.lon, dr_h = s.place.h;
     stored.reserve(static_cast<std::size_t>(c.latest) + 10);
     // P0 from its causes, correlated (6.1): phiN0 = aE/g, phiE0 = -aN/g, phiU0 = (-gE + wU
@@ -166,17 +168,19 @@ struct SegmentedNavigator::Impl {
     const bool same = before.dt > 0 && fabs(before.dt - sample.dt) < 0.01 * sample.dt;
     const StepIncrement<double> u = same ? one_sample(before, sample) : one_sample(sample);
     before = sample;
-    const EcefState<double> after = EcefMechanization::to_ecef(
-        earth, step(earth, EcefMechanization::from_ecef(earth, EcefState<double>{r, v, q}), u));
-    q = normalized(after.q_eb);
-    r = after.r;
+    const State<EcefMechanization, double> after =
+        step(earth, State<EcefMechanization, double>{q, v, {r, np.n, np.h, np.zeta}}, u);
+    q = normalized(after.q_nb);
+    r = after.position.r;
     v = after.v;
     t = sample.t;
     // The vertical channel follows the dead reckoning.
-    const NormalHeight<double> n = to_normal(c.ellipsoid, r);
+    np = refine_normal(earth, r, np.zeta);
+    const auto& n = np;
     dr_h += up_speed * dt;
     v = v + (up_speed - dot(v, n.n)) * n.n;
     r = r + (dr_h - n.h) * n.n;
+    np.h = dr_h;
     // Means for the dead reckoning and the filters' F.
     const double hyp = hypot(n.n.x, n.n.y);
     const Vec<Ecef> east{-n.n.y / hyp, n.n.x / hyp, 0.0};
@@ -237,6 +241,7 @@ struct SegmentedNavigator::Impl {
       // position are known here.
       v = {};
       r = to_ecef(c.ellipsoid, start_place);
+      np = normal_point(earth, r);
       t0 = now;
       const double ng = c.gyro_noise * c.gyro_noise * T;
       for (int i = 0; i < 3; ++i) Pf(i, i) += ng, Pj(i, i) += ng;

@@ -19,6 +19,10 @@ constexpr Erratum kErrata[] = {
 
 constexpr PaperInfo kPapers[] = {
     {"yu2023", "calibration of scale and mounting angle from end points", 0.15, yu2023},
+    {"shi2015", "what spoils an odometer's calibration", 0.3, shi2015},
+    {"wang2012", "INS first, dead reckoning later", 18, wang2012},
+    {"liu2014", "the transverse frame near the pole", 1.5, liu2014},
+    {"bian2022", "testing at the pole without going there", 0.6, bian2022},
 };
 
 std::string joined(const std::vector<std::string>& parts, const char* between) {
@@ -265,6 +269,14 @@ report::Page report_page(const std::vector<Paper>& done) {
 
 std::string figure_csv(const Figure& figure) {
   std::string text = "curve,x,y\n";
+  if (const auto* r = std::get_if<report::Roots>(&figure.block))
+    for (const auto& root : r->roots) {
+      text += '"' + root.name + "\",";
+      append_number(text, root.re);
+      text += ',';
+      append_number(text, root.im);
+      text += '\n';
+    }
   for (const auto& p : points_of(figure.block))
     for (std::size_t i = 0; i < p.y->size() && i < p.x->size(); ++i) {
       text += '"' + p.name + "\",";

@@ -33,6 +33,7 @@ struct Model {
 
 struct Options {
   bool full = false;       // the longer studies: 400 runs a route, more draws
+  bool brief = false;      // for tests: shorter drives, fewer seeds, no ideal sensors near the pole
   int threads = 0;         // 0: as many as there are; the results do not depend on it
   int runs = 0;            // Monte Carlo runs a route; 0: 100, with `full` 400
   std::uint64_t seed = 1;  // of every random number

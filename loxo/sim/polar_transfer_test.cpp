@@ -126,6 +126,7 @@ constexpr Move kMoves[] = {{59.0, 59.0, 122.9},  {59.0, 62.0, 0.0},     {0.5, -5
                            {100.0, -79.0, 10.0}, {-40.0, -41.0, 179.0}, {30.0, 1e-6, 5.0},
                            {20.0, 0.0, 5.0}};
 
+// [NAV-CLOSE-W] [NAV-CLOSE-F]
 TEST(PolarTransfer, PathKeptEqualsRatesMadeThere) {  // 7.1, 7.2 E2
   double worst_f = 0, worst_w = 0;
   for (const Ellipsoid& e : {wgs84(), make_sphere(6371000.0), paper_sphere()})
