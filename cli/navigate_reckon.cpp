@@ -23,7 +23,9 @@ Integrator integrator_of(const std::string& name) {
 
 // Of the file the way comes from, and of the description where it is a file of its own.
 std::string input_hash(const Drive& drive) {
-  const std::string& name = drive.track.present ? drive.track.file : drive.odometer.file;
+  const std::string& name = drive.track.present      ? drive.track.file
+                            : drive.odometer.present ? drive.odometer.file
+                                                     : drive.velocity.file;
   std::string hash;
   for (const std::string& path : {drive.toml_path, resolve_path(name, drive.folder)})
     if (std::filesystem::is_regular_file(path)) hash += (hash.empty() ? "" : " ") + file_hash(path);

@@ -96,7 +96,13 @@ std::vector<ChannelKey> section_keys(const Drive& d, const std::string& section)
     const Dimension value = d.odometer_kind == "speed"      ? kSpeed
                             : d.odometer_kind == "distance" ? kLength
                                                             : kNone;
-    return {time, {"value", 1, value, true}, {"side", 1, value, false}};
+    const bool speed = d.odometer_kind == "speed";
+    std::vector<ChannelKey> keys = {time,
+                                    {"value", 1, value, !speed},
+                                    {"side", 1, value, false},
+                                    {"steering", 1, kAngle, false}};
+    if (speed) keys.insert(keys.end(), {{"east", 1, kSpeed, false}, {"north", 1, kSpeed, false}});
+    return keys;
   }
   if (section == "attitude")
     return {time,
@@ -136,7 +142,13 @@ std::vector<ChannelKey> section_keys(const Drive& d, const std::string& section)
             {"north", 1, kSpeed, false},
             {"up", 1, kSpeed, false}};
   }
-  if (section == "heading") return {time, {"heading", 1, kAngle, true}, {"std", 1, kAngle, false}};
+  if (section == "heading")
+    return {time,
+            {"heading", 1, kAngle, false},
+            {"std", 1, kAngle, false},
+            {"rate", 1, kAngularRate, false},
+            {"lat", 1, kAngle, false},
+            {"lon", 1, kAngle, false}};
   if (section == "height") return {time, {"height", 1, kLength, true}, {"rate", 1, kSpeed, false}};
   // [reference]: the columns of a solution
   return {time,

@@ -94,4 +94,14 @@ class StampCheck {
   std::vector<Early> early_;  // steps before the median is known
 };
 
+// Rows of a small channel in time order; a row whose stamp is not after the last is told and
+// skipped.
+template <class F>
+void each_row(const Drive& drive, const std::string& section, Diagnostics& d, F use) {
+  Channel c(drive, section, d);
+  StampCheck stamps(section, d);
+  while (c.next(d))
+    if (stamps.check(c.t(), c.table()) == StampCheck::Verdict::kForward) use(c);
+}
+
 }  // namespace loxo

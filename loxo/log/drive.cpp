@@ -152,6 +152,14 @@ void read_imu(Drive& d, const TomlTable& t) {
     d.imu_errors.gyro_scale = sigma(*e, "gyro_scale", kNone);
     d.imu_errors.accel_scale = sigma(*e, "accel_scale", kNone);
   }
+  if (const auto known = t.get_table("bias")) {
+    const auto gyro = known->get_vector3("gyro", kAngularRate);
+    const auto accel = known->get_vector3("accel", kAcceleration);
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (gyro) d.imu_gyro_bias[i] = (*gyro)[i];
+      if (accel) d.imu_accel_bias[i] = (*accel)[i];
+    }
+  }
   d.imu_gyro_range = t.get_quantity("gyro_range", kAngularRate).value_or(loxo::kNone);
   d.imu_accel_range = t.get_quantity("accel_range", kAcceleration).value_or(loxo::kNone);
 }
@@ -171,6 +179,16 @@ void read_attitude_errors(const TomlTable& e, AttitudeErrors& errors) {
 void read_odometer_section(Drive& d, const TomlTable& t) {
   d.odometer_kind = one_of(t, "kind", {"pulses", "counter", "distance", "speed"}, "pulses");
   d.odometer = read_section(d, t, "odometer");
+  const auto& columns = d.odometer.columns;
+  if (d.odometer_kind == "speed" && !columns.contains("value") &&
+      !(columns.contains("east") && columns.contains("north")))
+    refuse("missing; expected the column of speed, or those of east and north",
+           d.odometer.where + ".columns.value");
+  if (columns.contains("steering")) {
+    d.wheel_base = t.need_quantity("wheel_base", kLength);
+    if (!(d.wheel_base > 0)) refuse("expected a length above 0", t.where("wheel_base"));
+    d.steering_offset = t.get_quantity("steering_offset", kAngle).value_or(0.0);
+  }
   if (d.odometer_kind == "pulses" || d.odometer_kind == "counter") {
     d.odometer_scale = t.need_quantity("scale", kLengthPerPulse);
   } else if (t.has("scale")) {
@@ -466,11 +484,25 @@ Drive read_drive(const std::string& path, const std::vector<std::string>& sets) 
     d.velocity_axes = s->get_string("axes").value_or("RFU");
     axes_to_rfu(d.velocity_axes, s->where("axes"));
     d.velocity = read_section(d, *s, "velocity");
-    if (const auto e = s->get_table("errors")) d.velocity_std = sigma(*e, "velocity", kSpeed);
+    if (const auto e = s->get_table("errors")) {
+      d.velocity_std = sigma(*e, "velocity", kSpeed);
+      if (!d.odometer.present) read_odometer_errors(*e, d.odometer_errors);
+    }
   }
   if (const auto s = t.get_table("heading")) {
     d.heading = read_section(d, *s, "heading");
-    if (const auto e = s->get_table("errors")) d.heading_std = sigma(*e, "heading", kAngle);
+    read_heading_words(d, *s);
+    const auto& columns = d.heading.columns;
+    const bool positions = columns.contains("lat") && columns.contains("lon");
+    if (columns.contains("heading") + columns.contains("rate") + positions != 1)
+      refuse(
+          "expected one of: the column of heading, of rate (a gyro about the vertical, clockwise), "
+          "or those of lat and lon (the course of a recorded path)",
+          d.heading.where + ".columns.heading");
+    if (const auto e = s->get_table("errors")) {
+      d.heading_std = sigma(*e, "heading", kAngle);
+      read_attitude_errors(*e, d.attitude_errors);
+    }
   }
   if (const auto s = t.get_table("height")) {
     d.height = read_section(d, *s, "height");

@@ -86,6 +86,7 @@ struct Drive {
   std::string imu_stamp = "end";  // end | middle | instant
   std::string imu_axes = "RFU";
   ImuErrors imu_errors;
+  double imu_gyro_bias[3]{}, imu_accel_bias[3]{};  // rad/s, m/s^2, RFU: known, taken out before use
   double imu_gyro_range = kNone, imu_accel_range = kNone;  // saturation, optional
 
   ChannelFile odometer;
@@ -95,6 +96,8 @@ struct Drive {
   double odometer_lever[3]{};            // m, RFU
   bool odometer_lever_given = false;
   double odometer_mounting_heading = 0, odometer_mounting_pitch = 0;  // rad
+  double wheel_base = kNone;   // m, where columns.steering is given
+  double steering_offset = 0;  // rad, clockwise: what it shows straight ahead
   OdometerErrors odometer_errors;
 
   ChannelFile attitude;
@@ -163,10 +166,16 @@ class ImuReader {
 // Whole channels in memory (they are small beside the IMU). Each applies `delay` to its stamps.
 std::vector<OdometerTick> read_odometer(const Drive& drive, Diagnostics& diagnostics);
 std::vector<AttitudeSample> read_attitude(const Drive& drive, Diagnostics& diagnostics);
-// The track's rows; or, without [track], built from [odometer] + [attitude]: one step between
-// odometer stamps, heading and pitch at mid-step. Scale, heading offset and mounting already known
-// are taken out.
+// The track's rows; or, without [track], built from a distance ([odometer], else [velocity]) and a
+// heading ([attitude], else [heading], else odometer.columns.steering, else the direction of a
+// level velocity): one step between stamps, heading and pitch at mid-step. Scale, heading offset
+// and mounting already known are taken out. Throws Error(kInput) naming what is missing.
 std::vector<TrackStep> read_track(const Drive& drive, Diagnostics& diagnostics);
+// What a drive lacks for read_track, in words; empty: nothing.
+std::string track_lacks(const Drive& drive);
+// Attitude of the body over time, where a sensor tells it ([attitude], or [heading] with headings);
+// empty where there is only a track, a gyro, steering or a path.
+std::vector<AttitudeSample> read_body_attitude(const Drive& drive, Diagnostics& diagnostics);
 std::vector<Fix> read_fixes(const Drive& drive, Diagnostics& diagnostics);
 std::vector<HeadingSample> read_headings(const Drive& drive, Diagnostics& diagnostics);
 std::vector<HeightSample> read_heights(const Drive& drive, Diagnostics& diagnostics);

@@ -22,16 +22,6 @@ std::string number(double x) {
 }
 bool given(double x) { return x == x; }
 
-// Rows of a small channel in time order; a row whose stamp is not after the last is told and
-// skipped.
-template <class F>
-void each_row(const Drive& drive, const std::string& section, Diagnostics& d, F use) {
-  Channel c(drive, section, d);
-  StampCheck stamps(section, d);
-  while (c.next(d))
-    if (stamps.check(c.t(), c.table()) == StampCheck::Verdict::kForward) use(c);
-}
-
 }  // namespace
 
 struct ImuReader::Impl {
@@ -44,6 +34,8 @@ struct ImuReader::Impl {
         axes(axes_to_rfu(drive.imu_axes, drive.imu.where + ".axes")),
         gyro_range(drive.imu_gyro_range),
         accel_range(drive.imu_accel_range),
+        gyro_bias{drive.imu_gyro_bias[0], drive.imu_gyro_bias[1], drive.imu_gyro_bias[2]},
+        accel_bias{drive.imu_accel_bias[0], drive.imu_accel_bias[1], drive.imu_accel_bias[2]},
         start_t(drive.start.t) {
     gyro = channel.at("gyro");
     accel = channel.at("accel");
@@ -156,6 +148,8 @@ struct ImuReader::Impl {
       s.dtheta = now.w;
       s.dv = now.f;
     }
+    s.dtheta = s.dtheta - gyro_bias * s.dt;
+    s.dv = s.dv - accel_bias * s.dt;
     last = now;
     have_last = true;
     return true;
@@ -167,7 +161,9 @@ struct ImuReader::Impl {
   bool rate;
   std::string stamp, where;
   std::array<double, 9> axes;
-  double gyro_range, accel_range, start_t;
+  double gyro_range, accel_range;
+  Vec<Body> gyro_bias, accel_bias;
+  double start_t;
   std::size_t gyro = 0, accel = 0;
   double interval = 0;
   std::vector<Row> head;
@@ -188,7 +184,8 @@ std::vector<OdometerTick> read_odometer(const Drive& drive, Diagnostics& d) {
   const double k = drive.odometer_scale;
   double last = kNone;
   each_row(drive, "odometer", d, [&](const Channel& c) {
-    const double v = c.values()[c.at("value")];
+    const double v = c.has("value") ? c.values()[c.at("value")]
+                                    : std::hypot(c.value(c.at("east")), c.value(c.at("north")));
     if (!given(v)) {
       d.bad("bad_row", c.where(), "[odometer] expected a number, found nan; row skipped");
       return;
@@ -221,68 +218,6 @@ std::vector<AttitudeSample> read_attitude(const Drive& drive, Diagnostics& d) {
     }
     out.push_back(a);
   });
-  return out;
-}
-
-std::vector<TrackStep> read_track(const Drive& drive, Diagnostics& d) {
-  std::vector<TrackStep> out;
-  if (drive.track.present) {
-    double heading = given(drive.start.heading) ? drive.start.heading : 0.0;
-    each_row(drive, "track", d, [&](const Channel& c) {
-      TrackStep s;
-      s.t = c.t();
-      s.row = static_cast<std::uint32_t>(c.rows());
-      s.ds = c.value(c.at("distance")) / drive.track_scale;
-      if (drive.track_heading_is_step) {
-        const double step = c.value(c.at("heading_step"));
-        s.heading = heading + 0.5 * step;
-        heading += step;
-      } else {
-        s.heading = c.value(c.at("heading"));
-      }
-      s.heading -= drive.track_heading_offset;
-      s.pitch = c.value(c.at("pitch"), 0.0);
-      s.h = c.value(c.at("height"), 0.0);
-      if (!given(s.ds) || !given(s.heading)) {
-        d.bad("bad_row", c.where(),
-              "[track] expected distance and heading, found nan; row skipped");
-        return;
-      }
-      out.push_back(s);
-    });
-    return out;
-  }
-  if (!drive.odometer.present || !drive.attitude.present)
-    throw Error(ErrorKind::kInput,
-                "the drive has no [track], nor [odometer] with [attitude] to make one of",
-                drive.toml_path);
-  const auto ticks = read_odometer(drive, d);
-  const auto attitude = read_attitude(drive, d);
-  if (attitude.size() < 2)
-    throw Error(ErrorKind::kInput, "expected at least two rows of attitude", drive.attitude.file);
-  std::size_t j = 0;
-  long outside = 0;
-  for (std::size_t i = 1; i < ticks.size(); ++i) {
-    const double dt = ticks[i].t - ticks[i - 1].t, mid = ticks[i].t - 0.5 * dt;
-    if (mid < attitude.front().t || mid > attitude.back().t) {
-      ++outside;
-      continue;
-    }
-    while (j + 2 < attitude.size() && attitude[j + 1].t < mid) ++j;
-    const AttitudeSample &a = attitude[j], &b = attitude[j + 1];
-    const double u = (mid - a.t) / (b.t - a.t);
-    TrackStep s;
-    s.t = ticks[i].t;
-    s.row = static_cast<std::uint32_t>(i + 1);
-    s.ds = ticks[i].is_speed ? 0.5 * (ticks[i - 1].value + ticks[i].value) * dt : ticks[i].value;
-    // The way's direction: the body's without the declared mounting (indicated - true).
-    s.heading = a.heading + u * wrap_pi(b.heading - a.heading) - drive.odometer_mounting_heading;
-    s.pitch = a.pitch + u * (b.pitch - a.pitch) - drive.odometer_mounting_pitch;
-    out.push_back(s);
-  }
-  if (outside > 0)
-    d.warn("uncovered", "odometer",
-           std::to_string(outside) + " readings outside the attitude's time left out");
   return out;
 }
 
@@ -334,6 +269,7 @@ std::vector<Fix> read_fixes(const Drive& drive, Diagnostics& d) {
 
 std::vector<HeadingSample> read_headings(const Drive& drive, Diagnostics& d) {
   std::vector<HeadingSample> out;
+  if (!drive.heading.columns.contains("heading")) return out;  // rates or a path: read_track's
   each_row(drive, "heading", d, [&](const Channel& c) {
     const HeadingSample s{c.t(), c.value(c.at("heading")),
                           c.value(c.at("std"), given(drive.heading_std) ? drive.heading_std : 0.0)};

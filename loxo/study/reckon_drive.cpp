@@ -93,6 +93,24 @@ class Reckoner {
   double lat_, lon_, heading_ = 0;
 };
 
+// The body's attitude at ascending times; none where no sensor tells it.
+class BodyAttitude {
+ public:
+  explicit BodyAttitude(std::vector<AttitudeSample> rows) : rows_(std::move(rows)) {}
+  bool known() const { return rows_.size() > 1; }
+  AttitudeSample at(double t) {
+    while (j_ + 2 < rows_.size() && rows_[j_ + 1].t <= t) ++j_;
+    const AttitudeSample &a = rows_[j_], &b = rows_[j_ + 1];
+    const double u = std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0);
+    return {t, a.heading + u * wrap_pi(b.heading - a.heading), a.pitch + u * (b.pitch - a.pitch),
+            a.roll + u * wrap_pi(b.roll - a.roll)};
+  }
+
+ private:
+  std::vector<AttitudeSample> rows_;
+  std::size_t j_ = 0;
+};
+
 double usual_step(const std::vector<TrackStep>& steps) {
   std::vector<double> dt;
   for (std::size_t i = 1; i < steps.size(); ++i)
@@ -158,6 +176,18 @@ ReckonCalibration read_calibration(const std::string& path) {
       throw Error(ErrorKind::kInput, fmt::format("expected a sigma of at least 0, found {}", *out),
                   path + ": key " + key);
   }
+  // Further states stand beside k and eps, or with the method that found them.
+  const std::string method = text_of(file, "method");
+  const auto state = [&](const char* key) {
+    if (j->contains(key)) return number_of(*j, key, where);
+    if (method.empty() || !file.contains("methods") || !file.at("methods").is_object()) return 0.0;
+    const Json& all = file.at("methods");
+    if (!all.contains(method) || !all.at(method).is_object() || !all.at(method).contains(key))
+      return 0.0;
+    return number_of(all.at(method), key, where);
+  };
+  c.drift = state("heading_drift_deg_h") * deg_per_h;
+  c.pitch = state("pitch_mounting_deg") * deg;
   c.heading_model = text_of(*j, "heading_model");
   if (c.heading_model.empty()) c.heading_model = text_of(file, "heading_model");
   if (!c.heading_model.empty() && c.heading_model != "independent" &&
@@ -171,19 +201,22 @@ ReckonCalibration read_calibration(const std::string& path) {
 ReckonResult reckon_drive(const Drive& drive, const ReckonOptions& options,
                           const std::function<void(const SolutionRow&)>& sink,
                           Diagnostics& diagnostics) {
-  if (!drive.track.present && !(drive.odometer.present && drive.attitude.present)) {
-    const std::string missing = !drive.odometer.present && !drive.attitude.present
-                                    ? "[track], or [odometer] and [attitude]"
-                                : drive.odometer.present ? "[attitude] beside its [odometer]"
-                                                         : "[odometer] beside its [attitude]";
+  if (const std::string lacks = track_lacks(drive); !lacks.empty())
     throw Error(ErrorKind::kInput,
-                "dead reckoning needs distance and heading: the drive has no " + missing +
+                "dead reckoning needs distance and heading: the drive has no " + lacks +
                     " (with [imu] see --mode inertial or filter)",
                 drive.toml_path);
-  }
   const StartPoint from = start_of(drive);
-  const auto steps = read_track(drive, diagnostics);
-  const std::string& file = drive.track.present ? drive.track.file : drive.odometer.file;
+  auto steps = read_track(drive, diagnostics);
+  const std::string& file = drive.track.present      ? drive.track.file
+                            : drive.odometer.present ? drive.odometer.file
+                                                     : drive.velocity.file;
+  for (TrackStep& s : steps) {
+    s.heading -= options.calibration.drift * s.t;
+    s.pitch -= options.calibration.pitch;
+  }
+  Diagnostics told_before;
+  BodyAttitude body(read_body_attitude(drive, told_before));
   if (steps.size() < 2)
     throw Error(ErrorKind::kInput,
                 fmt::format("expected a log of at least two rows, found {}", steps.size()), file);
@@ -253,8 +286,19 @@ ReckonResult reckon_drive(const Drive& drive, const ReckonOptions& options,
     sincos(s.pitch, sp, cp);
     const double v = dt > 0 ? ds / options.calibration.k / dt : 0.0;
     row.ve = v * cp * sh + 0.0, row.vn = v * cp * ch + 0.0, row.vu = v * sp + 0.0;  // no -0
-    row.heading = wrap_2pi(at.heading());
-    row.pitch = s.pitch, row.roll = 0;
+    if (body.known()) {
+      // From the step's course to the body at this row: the angle that was taken out, and what the
+      // body turned since mid-step (s.heading holds neither the drift nor the declared mounting).
+      const AttitudeSample b = body.at(when);
+      const double indicated = b.heading - drive.odometer_mounting_heading -
+                               options.calibration.drift * when - s.heading;
+      row.heading = wrap_2pi(at.heading() + options.calibration.eps +
+                             drive.odometer_mounting_heading + indicated);
+      row.pitch = b.pitch, row.roll = b.roll;
+    } else {
+      row.heading = wrap_2pi(at.heading());
+      row.pitch = s.pitch, row.roll = 0;
+    }
     row.qw = row.qx = row.qy = row.qz = kNone;
     row.x = row.y = row.z = kNone;
     row.frame = at.grid() ? FrameId::kGrid : FrameId::kGeographic;
