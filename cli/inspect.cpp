@@ -192,7 +192,7 @@ int inspect_drive(const Globals& globals, const std::string& path) {
   if (drive.velocity.present)
     tell("velocity", drive.velocity, timing_of(stamps(read_velocities(drive, diagnostics))));
   if (drive.heading.present)
-    tell("heading", drive.heading, timing_of(stamps(read_headings(drive, diagnostics))));
+    tell("heading", drive.heading, timing_of(stamps(read_heading_log(drive, diagnostics))));
   if (drive.height.present)
     tell("height", drive.height, timing_of(stamps(read_heights(drive, diagnostics))));
   if (drive.reference.present)

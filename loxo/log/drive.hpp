@@ -173,6 +173,8 @@ std::vector<AttitudeSample> read_attitude(const Drive& drive, Diagnostics& diagn
 std::vector<TrackStep> read_track(const Drive& drive, Diagnostics& diagnostics);
 // What a drive lacks for read_track, in words; empty: nothing.
 std::string track_lacks(const Drive& drive);
+// Headings over time of [heading]: as recorded, of a gyro integrated, or the course of a path.
+std::vector<AttitudeSample> read_heading_log(const Drive& drive, Diagnostics& diagnostics);
 // Attitude of the body over time, where a sensor tells it ([attitude], or [heading] with headings);
 // empty where there is only a track, a gyro, steering or a path.
 std::vector<AttitudeSample> read_body_attitude(const Drive& drive, Diagnostics& diagnostics);

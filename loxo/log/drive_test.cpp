@@ -260,7 +260,7 @@ TEST(Recording, EveryExampleReads) {
         EXPECT_GT(read_velocities(drive, d).size(), 0u);
       }
       if (drive.heading.present) {
-        EXPECT_GT(read_headings(drive, d).size(), 0u);
+        EXPECT_GT(read_heading_log(drive, d).size(), 0u);
       }
       if (drive.reference.present) {
         EXPECT_GT(read_reference(drive, d).rows.size(), 0u);

@@ -137,13 +137,8 @@ class AttitudeAt {
   std::size_t j_ = 0;
 };
 
-std::vector<AttitudeSample> heading_log(const Drive& drive, Diagnostics& d) {
-  if (drive.attitude.present) return read_attitude(drive, d);
-  if (has(drive.heading, "rate")) return integrated_rate(drive, d);
-  if (has(drive.heading, "lat")) return path_course(drive, d);
-  std::vector<AttitudeSample> out;
-  for (const HeadingSample& h : read_headings(drive, d)) out.push_back({h.t, h.heading, 0, 0});
-  return out;
+std::vector<AttitudeSample> attitude_or_heading(const Drive& drive, Diagnostics& d) {
+  return drive.attitude.present ? read_attitude(drive, d) : read_heading_log(drive, d);
 }
 
 // One step between two rows of a velocity log. Body velocities are levelled by the attitude; the
@@ -184,9 +179,17 @@ std::string track_lacks(const Drive& drive) {
                   : "[odometer] or [velocity] beside its [attitude]";
 }
 
+std::vector<AttitudeSample> read_heading_log(const Drive& drive, Diagnostics& d) {
+  if (has(drive.heading, "rate")) return integrated_rate(drive, d);
+  if (has(drive.heading, "lat")) return path_course(drive, d);
+  std::vector<AttitudeSample> out;
+  for (const HeadingSample& h : read_headings(drive, d)) out.push_back({h.t, h.heading, 0, 0});
+  return out;
+}
+
 std::vector<AttitudeSample> read_body_attitude(const Drive& drive, Diagnostics& d) {
   if (drive.track.present) return {};
-  if (drive.attitude.present || has(drive.heading, "heading")) return heading_log(drive, d);
+  if (drive.attitude.present || has(drive.heading, "heading")) return attitude_or_heading(drive, d);
   return {};
 }
 
@@ -204,7 +207,7 @@ std::vector<TrackStep> read_track(const Drive& drive, Diagnostics& d) {
     headings = std::move(s.headings);
     ticks = std::move(s.centre);
   } else {
-    if (other) headings = heading_log(drive, d);
+    if (other) headings = attitude_or_heading(drive, d);
     if (drive.odometer.present)
       ticks = read_odometer(drive, d);
     else

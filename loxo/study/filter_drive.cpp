@@ -13,6 +13,7 @@
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/study/filter_start.hpp"
+#include "loxo/study/planar_drive.hpp"
 
 namespace loxo {
 namespace {
@@ -81,10 +82,13 @@ void push_constants(FilterResult& out, const NominalState& s, const Covariance<k
 
 FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowSink& sink,
                           Diagnostics& d) {
-  if (!drive.imu.present)
-    throw Error(ErrorKind::kInput,
-                "the filter needs [imu]; a drive with [track] or [attitude] is for --mode reckon",
-                drive.path);
+  if (!drive.imu.present) {
+    if (const std::string lacks = track_lacks(drive); !lacks.empty())
+      throw Error(ErrorKind::kInput,
+                  "the filter needs [imu], or distances and headings: the drive has no " + lacks,
+                  drive.path);
+    return planar_drive(drive, o, sink, d);
+  }
   if (o.vertical == "external" && !drive.height.present)
     throw Error(ErrorKind::kInput,
                 "an external height needs [height] (file, columns time and height) in the drive; "
