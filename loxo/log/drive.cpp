@@ -206,7 +206,10 @@ void read_odometer_section(Drive& d, const TomlTable& t) {
     d.odometer_mounting_heading = m->get_quantity("heading", kAngle).value_or(0.0);
     d.odometer_mounting_pitch = m->get_quantity("pitch", kAngle).value_or(0.0);
   }
-  if (const auto e = t.get_table("errors")) read_odometer_errors(*e, d.odometer_errors);
+  if (const auto e = t.get_table("errors")) {
+    read_odometer_errors(*e, d.odometer_errors);
+    if (columns.contains("steering")) read_attitude_errors(*e, d.attitude_errors);
+  }
 }
 
 void read_heading_words(Drive& d, const TomlTable& t) {

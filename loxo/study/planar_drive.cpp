@@ -46,9 +46,9 @@ class HeadingAt {
 // What the smoother needs of one epoch: the filtered state, and how the next prediction came of it.
 struct Node {
   PlanarState filtered, predicted;
-  PlanarMatrix to_next;
-  double heading, h, v, vu, pitch;
-  bool is_row;
+  PlanarMatrix to_next = PlanarMatrix::Identity();
+  double heading = 0, h = 0, v = 0, vu = 0, pitch = 0;
+  bool is_row = false;
 };
 
 PlanarConfig config_of(const Drive& drive, std::map<std::string, std::string>& meta) {
@@ -284,7 +284,9 @@ FilterResult planar_drive(const Drive& drive, const FilterOptions& o, const RowS
     for (; f < fixes.size() && fixes[f].t <= t + 1e-9; ++f)
       filter.fix(fixes[f].lat, fixes[f].lon, fixes[f].std_e, fixes[f].std_n, heading, h);
     if (o.smooth) {
-      node = Node{filter.state(), {}, {}, heading, h, v, vu, pitch, is_row};
+      node.filtered = filter.state();
+      node.heading = heading, node.h = h, node.v = v, node.vu = vu, node.pitch = pitch;
+      node.is_row = is_row;
       node_open = true;
       product = PlanarMatrix::Identity();
     } else if (is_row) {
