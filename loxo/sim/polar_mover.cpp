@@ -36,12 +36,20 @@ std::string seconds(double t) {
   return s + " s";
 }
 
-// The cubic through positions and velocities at both ends.
-Point<Ecef, double> between(const ReferenceEpoch& a, const ReferenceEpoch& b, double t) {
-  const double T = b.t - a.t, u = (t - a.t) / T, u2 = u * u, u3 = u2 * u;
-  const Vec<Ecef, double> chord = b.e.r - a.e.r;
-  return a.e.r +
-         (chord * (3 * u2 - 2 * u3) + a.e.v * (T * (u - 2 * u2 + u3)) + b.e.v * (T * (u3 - u2)));
+// The cubic through values and rates at both ends of an interval of T; u in [0, 1].
+double cubic(double x0, double d0, double x1, double d1, double T, double u) {
+  const double u2 = u * u, u3 = u2 * u;
+  return x0 + (x1 - x0) * (3 * u2 - 2 * u3) + T * (d0 * (u - 2 * u2 + u3) + d1 * (u3 - u2));
+}
+
+// Transverse latitude, longitude and height of an epoch and how fast they change.
+struct PlaceRates {
+  double p, l, h, dp, dl, dh;
+};
+PlaceRates place_rates(const PolarMove& move, const EcefPose<double>& e) {
+  const auto s = to_transverse_state(move.earth, move.lon0, e);
+  const auto w = transverse_rates(move.earth, s.tlat, s.tlon, s.h, s.v).w_et;  // 2.2
+  return {s.tlat, s.tlon, s.h, -w.x, w.y / cos(s.tlat), s.v.z};
 }
 
 }  // namespace
@@ -155,7 +163,7 @@ void PolarMover::close_interval() {
                           double y) { return whole_ * (y - x) + d * (0.5 * (y * y - x * x)); };
     const double s = (t + 0.5 * h - k0_.t) / T;
     const auto earth = turn_by(w_ie * (-0.5 * h));
-    const Turn half = normalized(earth * (q * turn_by(part(u.dtheta, slope.dtheta, a, m))));
+    const Turn half = earth * (q * turn_by(part(u.dtheta, slope.dtheta, a, m)));
     v = v + to_matrix(half) * part(u.dv, slope.dv, a, b) + (a0 * (1 - s) + a1 * s) * h;
     q = normalized(earth * (half * turn_by(part(u.dtheta, slope.dtheta, m, b))));
     t = to;
@@ -216,15 +224,19 @@ void PolarMover::close_interval() {
                                          ": within 10 deg of a transverse pole the frame is not "
                                          "usable; choose another --meridian");
   };
+  const PlaceRates g0 = place_rates(move_, k0_.e);
+  PlaceRates g1 = place_rates(move_, k1_.e);
+  g1.l = g0.l + wrap_pi(g1.l - g0.l);
   for (const auto& m : mids) {
     const auto& u = held_[m.sample];
     const double s = (m.t - k0_.t) / T;
-    EcefPose<double> e;
-    e.r = between(k0_, k1_, m.t);
-    e.v = m.v + push * s;
-    e.C_eb = to_matrix(m.q * turn_by(turn * s));
     MovedSample out;
-    out.home = to_transverse_state(move_.earth, move_.lon0, e);
+    out.home.tlat = cubic(g0.p, g0.dp, g1.p, g1.dp, T, s);
+    out.home.tlon = wrap_pi(cubic(g0.l, g0.dl, g1.l, g1.dl, T, s));
+    out.home.h = cubic(g0.h, g0.dh, g1.h, g1.dh, T, s);
+    const auto axes = transverse_axes<double>(out.home.tlat, out.home.tlon, move_.lon0);
+    out.home.v = axes * (m.v + push * s);
+    out.home.C_tb = axes * to_matrix(m.q * turn_by(turn * s));
     check(out.home, m.t);
     if (move_.keep == Keep::kPath) {
       const auto r = move_path(move_, out.home, u.dv * (1.0 / u.dt));
