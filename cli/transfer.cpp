@@ -22,6 +22,8 @@ void add_transfer(CLI::App& app, Globals& globals) {
   transfer->add_option("--earth", o->earth, "ellipsoid, or sphere where the drive is on one");
   transfer->add_option("--keep", o->keep,
                        "path (default) or velocity: an ellipsoid does not let both stay");
+  transfer->add_flag("--binary", o->binary,
+                     "IMU and reference as .h5 files in the folder (-o NAME.h5: all in one file)");
   transfer->add_flag("--trim", o->trim, "leave out what the reference does not cover");
   CLI::App* rates = add_subcommand(
       *transfer, globals, "rates", "the conversion of single states, and its error, on a CSV table",

@@ -23,6 +23,7 @@ struct TransferOptions {
   std::string heading_error = "3arcmin", level_error = "1arcmin", velocity_error = "0.1m/s";
   std::string gyro_bias, accel_bias;
   std::string share = "0.1";  // of the unit's own errors
+  bool binary = false;        // the IMU and the reference as .h5
   bool trim = false;          // leave out what the reference does not cover
   unsigned draws = 200;       // budget: Monte Carlo beside the formula
   std::vector<std::string> windows;  // test: lengths of the free-inertial windows

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cli/transfer.hpp"
+#include "loxo/log/convert.hpp"
 #include "loxo/log/drive_folder.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
@@ -44,13 +45,19 @@ int transfer_drive(const Globals& globals, const TransferOptions& o) {
                 "expected a drive or an operation (budget, plan, rates); see 'loxo transfer "
                 "--help'");
   if (globals.output.empty())
-    throw Error(ErrorKind::kUsage, "expected -o DRIVE2, the folder of the moved drive");
+    throw Error(ErrorKind::kUsage, "expected -o DRIVE2, the folder of the moved drive (or a .h5 file)");
   const Drive drive = read_drive(o.drive, globals.sets);
-  const TransferSettings settings{polar_move(drive, o), o.trim, o.angle, o.meridian};
+  const bool one_file = globals.output.ends_with(".h5");
+  const TransferSettings settings{polar_move(drive, o), one_file || o.binary, o.trim, o.angle,
+                                  o.meridian};
   Diagnostics diagnostics = drive.diagnostics;
-  DriveFolder folder(globals.output);
+  // One .h5 file is put together from a folder that is gone afterwards.
+  DriveFolder folder(globals.output + (one_file ? ".parts" : ""));
   const TransferResult r = loxo::transfer_drive(drive, settings, folder.path(), diagnostics);
-  folder.commit();
+  if (one_file)
+    convert_drive(read_drive(folder.path()), globals.output, diagnostics);
+  else
+    folder.commit();
   const char* keep = settings.move.keep == Keep::kPath ? "path" : "velocity";
   print_diagnostics(globals, diagnostics);
   std::string text =

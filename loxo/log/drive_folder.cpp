@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <vector>
 
+#include "loxo/log/hdf5_file.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 
@@ -31,25 +33,55 @@ void DriveFolder::commit() {
   done_ = true;
 }
 
+struct ChannelWriter::Impl {
+  std::unique_ptr<OutputFile> text_file;
+  std::unique_ptr<H5Writer> binary_file;
+  std::string text;
+  void flush() {
+    text_file->write(text);
+    text.clear();
+  }
+};
 ChannelWriter::ChannelWriter(const std::string& path, const std::string& header)
-    : out_(path), text_(header + "\n") {}
+    : impl_(std::make_unique<Impl>()) {
+  if (!path.ends_with(".h5")) {
+    impl_->text_file = std::make_unique<OutputFile>(path);
+    impl_->text = header + "\n";
+    return;
+  }
+  impl_->binary_file = std::make_unique<H5Writer>(path);
+  std::vector<std::string> columns(1);
+  for (const char c : header) {
+    if (c == ',')
+      columns.emplace_back();
+    else
+      columns.back() += c;
+  }
+  impl_->binary_file->begin("", columns);
+}
+ChannelWriter::~ChannelWriter() = default;
+ChannelWriter::ChannelWriter(ChannelWriter&&) noexcept = default;
 void ChannelWriter::row(std::initializer_list<double> values) {
+  if (impl_->binary_file) {
+    impl_->binary_file->row({values.begin(), values.size()});
+    return;
+  }
   bool first = true;
   for (const double x : values) {
-    if (!first) text_ += ',';
-    append_number(text_, x);
+    if (!first) impl_->text += ',';
+    append_number(impl_->text, x);
     first = false;
   }
-  text_ += '\n';
-  if (text_.size() > (1u << 16)) flush();
-}
-void ChannelWriter::flush() {
-  out_.write(text_);
-  text_.clear();
+  impl_->text += '\n';
+  if (impl_->text.size() > (1u << 16)) impl_->flush();
 }
 void ChannelWriter::commit() {
-  flush();
-  out_.commit();
+  if (impl_->binary_file) {
+    impl_->binary_file->commit();
+    return;
+  }
+  impl_->flush();
+  impl_->text_file->commit();
 }
 
 std::string number_text(double x) {
@@ -66,14 +98,14 @@ std::string ErrorsLine::line() const { return text_.empty() ? "" : "errors = { "
 
 const char* const kImuIncrementHeader = "t_s,dthx_rad,dthy_rad,dthz_rad,dvx_mps,dvy_mps,dvz_mps";
 
-std::string imu_increment_section(const ErrorsLine& errors) {
-  return "\n[imu]\nfile = \"imu.csv\"\nkind = \"increment\"\naxes = \"RFU\"\ncolumns = { time = "
+std::string imu_increment_section(const ErrorsLine& errors, const std::string& file) {
+  return "\n[imu]\nfile = \"" + file + "\"\nkind = \"increment\"\naxes = \"RFU\"\ncolumns = { time = "
          "\"t_s\", gyro = [\"dthx_rad\", \"dthy_rad\", \"dthz_rad\"], accel = [\"dvx_mps\", "
          "\"dvy_mps\", \"dvz_mps\"] }\n" +
          errors.line();
 }
-std::string reference_section() {
-  return "\n[reference]\nfile = \"reference.csv\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", "
+std::string reference_section(const std::string& file) {
+  return "\n[reference]\nfile = \"" + file + "\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", "
          "lon = \"lon_deg\", height = \"h_m\", x = \"x_m\", y = \"y_m\", z = \"z_m\", ve = "
          "\"ve_mps\", vn = \"vn_mps\", vu = \"vu_mps\", roll = \"roll_deg\", pitch = "
          "\"pitch_deg\", heading = \"heading_deg\", qw = \"qw\", qx = \"qx\", qy = \"qy\", qz = "

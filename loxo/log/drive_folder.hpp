@@ -3,6 +3,7 @@
 // sections of drive.toml that describe them.
 #pragma once
 #include <initializer_list>
+#include <memory>
 #include <string>
 
 #include "loxo/log/drive.hpp"
@@ -27,17 +28,18 @@ class DriveFolder {
   bool done_ = false;
 };
 
-// A channel's file: rows of numbers that read back to the same double.
+// A channel's file: rows of numbers that read back to the same double; ".h5" is the binary form.
 class ChannelWriter {
  public:
   ChannelWriter(const std::string& path, const std::string& header);
+  ~ChannelWriter();
+  ChannelWriter(ChannelWriter&&) noexcept;
   void row(std::initializer_list<double> values);
   void commit();
 
  private:
-  void flush();
-  OutputFile out_;
-  std::string text_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 // The shortest text that reads back to the same double.
@@ -53,11 +55,11 @@ class ErrorsLine {
   std::string text_;
 };
 
-// [imu] of increments in imu.csv and [reference] of reference.csv in the solution's columns; the
-// header of imu.csv.
+// [imu] of increments in `file` and [reference] in `file` with the solution's columns; the header of
+// the first.
 extern const char* const kImuIncrementHeader;
-std::string imu_increment_section(const ErrorsLine& errors);
-std::string reference_section();
+std::string imu_increment_section(const ErrorsLine& errors, const std::string& file = "imu.csv");
+std::string reference_section(const std::string& file = "reference.csv");
 std::string benchmark_section(const NamedBenchmark& benchmark);
 
 }  // namespace loxo

@@ -375,10 +375,12 @@ TransferResult transfer_drive(const Drive& drive, const TransferSettings& settin
   TransferResult out;
   MovedTrack track(move);
   std::vector<TrackStep> steps;
-  SolutionWriter moved_reference(folder + "/reference.csv", {{"mode", "moved reference"},
+  const std::string imu_file = settings.binary ? "imu.h5" : "imu.csv",
+                    reference_file = settings.binary ? "reference.h5" : "reference.csv";
+  SolutionWriter moved_reference(folder + "/" + reference_file, {{"mode", "moved reference"},
                                                              {"ellipsoid", drive.ellipsoid.name}});
   std::vector<ChannelWriter> imu;  // none or one
-  if (drive.imu.present) imu.emplace_back(folder + "/imu.csv", kImuIncrementHeader);
+  if (drive.imu.present) imu.emplace_back(folder + "/" + imu_file, kImuIncrementHeader);
   double begin = kNone;
   std::size_t k = 0;
   PolarMover mover(
@@ -445,7 +447,7 @@ TransferResult transfer_drive(const Drive& drive, const TransferSettings& settin
     errors.add("accel_bias_tau", e.accel_bias_tau, "s");
     errors.add("gyro_scale", e.gyro_scale, "");
     errors.add("accel_scale", e.accel_scale, "");
-    toml += imu_increment_section(errors);
+    toml += imu_increment_section(errors, imu_file);
   }
   std::string start = own_start(drive, track);
   if (start.empty() && drive.imu.present) {
@@ -459,7 +461,7 @@ TransferResult transfer_drive(const Drive& drive, const TransferSettings& settin
                                  "drive's own start gives no attitude that could be moved",
                                  number_text(epoch.t)));
   }
-  toml += start + reference_section();
+  toml += start + reference_section(reference_file);
   SlowSections slow(drive, track, folder, diagnostics);
   if (drive.odometer.present) toml += slow.odometer();
   if (drive.attitude.present) toml += slow.attitude();
