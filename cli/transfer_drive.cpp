@@ -45,7 +45,8 @@ int transfer_drive(const Globals& globals, const TransferOptions& o) {
                 "expected a drive or an operation (budget, plan, rates); see 'loxo transfer "
                 "--help'");
   if (globals.output.empty())
-    throw Error(ErrorKind::kUsage, "expected -o DRIVE2, the folder of the moved drive (or a .h5 file)");
+    throw Error(ErrorKind::kUsage,
+                "expected -o DRIVE2, the folder of the moved drive (or a .h5 file)");
   const Drive drive = read_drive(o.drive, globals.sets);
   const bool one_file = globals.output.ends_with(".h5");
   const TransferSettings settings{polar_move(drive, o), one_file || o.binary, o.trim, o.angle,

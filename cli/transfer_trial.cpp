@@ -89,12 +89,15 @@ report::Page page_of(const Drive& drive, const PolarTrialResult& r,
                    {"difference 95 %", "m"},  {"physics 95 %", "m"},
                    {"rest 95 %", "m"},        {"conversion 50 %", "m"},
                    {"mechanization max", "m"}};
-  for (const Summary& s : windows)
-    table.rows.push_back(
-        {.cells = {Cell(s.length), Cell(static_cast<double>(s.starts)), Cell(s.home.p50),
-                   Cell(s.home.p95), Cell(s.pole.p50), Cell(s.pole.p95), Cell(s.difference.p95),
-                   Cell(s.physics.p95), Cell(s.left.p95), Cell(s.conversion.p50),
-                   Cell(s.mechanization.max)}});
+  const auto short_number = [](double x) { return Cell(fmt::format("{:.3g}", x)); };
+  for (const Summary& s : windows) {
+    Row row;
+    for (const double x : {s.length, static_cast<double>(s.starts), s.home.p50, s.home.p95,
+                           s.pole.p50, s.pole.p95, s.difference.p95, s.physics.p95, s.left.p95,
+                           s.conversion.p50, s.mechanization.max})
+      row.cells.push_back(short_number(x));
+    table.rows.push_back(std::move(row));
+  }
   found.blocks.push_back(std::move(table));
   found.blocks.push_back(Text{alignment});
   page.sections.push_back(std::move(found));

@@ -177,6 +177,28 @@ TEST(TransferDrive, EverySlowSensorComesAlong) {
   }
 }
 
+TEST(TransferDrive, TheBinaryFormHoldsTheSame) {
+  const std::string home = scratch_folder() + "/bin", text = scratch_folder() + "/bin_text",
+                    one = scratch_folder() + "/bin_one.h5", back = scratch_folder() + "/bin_back";
+  ASSERT_EQ(run("simulate city-drive --quiet -o " + home + " --set imu.rate=20Hz").exit_code, 0);
+  const std::string base = "transfer " + home + " --angle 41.8deg --meridian 11.5deg --quiet -o ";
+  ASSERT_EQ(run(base + text).exit_code, 0);
+  const Outcome made = run(base + one);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_FALSE(std::filesystem::exists(one + ".parts"));
+  ASSERT_EQ(run("convert " + one + " " + back + " --quiet").exit_code, 0);
+  const auto a = columns(slurp(text + "/imu.csv"));
+  for (const auto& entry : std::filesystem::directory_iterator(back)) {
+    if (entry.path().filename().string().find("imu") == std::string::npos) continue;
+    const auto b = columns(slurp(entry.path().string()));
+    ASSERT_EQ(a.at("t_s").size(), b.at("t_s").size());
+    for (std::size_t i = 0; i < a.at("t_s").size(); i += 97)
+      EXPECT_EQ(number(a.at("dvx_mps")[i]), number(b.at("dvx_mps")[i]));
+    return;
+  }
+  FAIL() << "no IMU in " << back;
+}
+
 TEST(TransferDrive, ADriveWithoutImuIsMovedAsWell) {
   if (shared_folder("data").empty()) GTEST_SKIP() << "no shared/data";
   ::setenv("LOXO_DATA", shared_folder("data").c_str(), 1);

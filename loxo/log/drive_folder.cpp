@@ -99,13 +99,15 @@ std::string ErrorsLine::line() const { return text_.empty() ? "" : "errors = { "
 const char* const kImuIncrementHeader = "t_s,dthx_rad,dthy_rad,dthz_rad,dvx_mps,dvy_mps,dvz_mps";
 
 std::string imu_increment_section(const ErrorsLine& errors, const std::string& file) {
-  return "\n[imu]\nfile = \"" + file + "\"\nkind = \"increment\"\naxes = \"RFU\"\ncolumns = { time = "
+  return "\n[imu]\nfile = \"" + file +
+         "\"\nkind = \"increment\"\naxes = \"RFU\"\ncolumns = { time = "
          "\"t_s\", gyro = [\"dthx_rad\", \"dthy_rad\", \"dthz_rad\"], accel = [\"dvx_mps\", "
          "\"dvy_mps\", \"dvz_mps\"] }\n" +
          errors.line();
 }
 std::string reference_section(const std::string& file) {
-  return "\n[reference]\nfile = \"" + file + "\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", "
+  return "\n[reference]\nfile = \"" + file +
+         "\"\ncolumns = { time = \"t_s\", lat = \"lat_deg\", "
          "lon = \"lon_deg\", height = \"h_m\", x = \"x_m\", y = \"y_m\", z = \"z_m\", ve = "
          "\"ve_mps\", vn = \"vn_mps\", vu = \"vu_mps\", roll = \"roll_deg\", pitch = "
          "\"pitch_deg\", heading = \"heading_deg\", qw = \"qw\", qx = \"qx\", qy = \"qy\", qz = "

@@ -55,8 +55,8 @@ class ErrorsLine {
   std::string text_;
 };
 
-// [imu] of increments in `file` and [reference] in `file` with the solution's columns; the header of
-// the first.
+// [imu] of increments in `file` and [reference] in `file` with the solution's columns; the header
+// of the first.
 extern const char* const kImuIncrementHeader;
 std::string imu_increment_section(const ErrorsLine& errors, const std::string& file = "imu.csv");
 std::string reference_section(const std::string& file = "reference.csv");

@@ -155,6 +155,7 @@ void PolarMover::close_interval() {
   // From t to `to` within sample u whose increments change by `slope` from sample to sample: second
   // order in the rate.
   ImuIncrement<double> slope;
+  Turn q_middle;  // of the stretch carried last
   const auto carry = [&](const ImuIncrement<double>& u, double to) {
     const double h = to - t;
     if (h <= 0) return;
@@ -164,6 +165,7 @@ void PolarMover::close_interval() {
     const double s = (t + 0.5 * h - k0_.t) / T;
     const auto earth = turn_by(w_ie * (-0.5 * h));
     const Turn half = earth * (q * turn_by(part(u.dtheta, slope.dtheta, a, m)));
+    q_middle = half;
     v = v + to_matrix(half) * part(u.dv, slope.dv, a, b) + (a0 * (1 - s) + a1 * s) * h;
     q = normalized(earth * (half * turn_by(part(u.dtheta, slope.dtheta, m, b))));
     t = to;
@@ -183,8 +185,18 @@ void PolarMover::close_interval() {
       slope.dv = (next.dv - last.dv) * k;
     }
     const double middle = u.t - 0.5 * u.dt;
-    if (middle <= k1_.t &&
-        (middle > k0_.t || (middle == k0_.t && sums_.intervals + sums_.open_intervals == 0))) {
+    const bool emitted =
+        middle <= k1_.t &&
+        (middle > k0_.t || (middle == k0_.t && sums_.intervals + sums_.open_intervals == 0));
+    if (emitted && u.t <= k1_.t && std::fabs(u.t - u.dt - t) < 1e-9) {
+      // All of it lies in the interval: its middle is on the way. The velocity there is the mean of
+      // both ends, to w dt/4 of the sample's dv: 1e-5 m/s, which the conversion does not see.
+      const Vec<Ecef, double> before = v;
+      carry(u, u.t);
+      mids.push_back({i, middle, q_middle, (before + v) * 0.5});
+      continue;
+    }
+    if (emitted) {
       carry(u, middle);
       mids.push_back({i, middle, q, v});
     }

@@ -377,8 +377,9 @@ TransferResult transfer_drive(const Drive& drive, const TransferSettings& settin
   std::vector<TrackStep> steps;
   const std::string imu_file = settings.binary ? "imu.h5" : "imu.csv",
                     reference_file = settings.binary ? "reference.h5" : "reference.csv";
-  SolutionWriter moved_reference(folder + "/" + reference_file, {{"mode", "moved reference"},
-                                                             {"ellipsoid", drive.ellipsoid.name}});
+  SolutionWriter moved_reference(
+      folder + "/" + reference_file,
+      {{"mode", "moved reference"}, {"ellipsoid", drive.ellipsoid.name}});
   std::vector<ChannelWriter> imu;  // none or one
   if (drive.imu.present) imu.emplace_back(folder + "/" + imu_file, kImuIncrementHeader);
   double begin = kNone;
