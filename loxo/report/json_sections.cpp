@@ -373,8 +373,8 @@ std::string method_title(const std::string& key) {
 
 std::string short_number(double x) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g", x);
-  return text;
+  std::snprintf(text, sizeof text, "%.3g", x == 0 ? 0.0 : std::fabs(x));
+  return (x < 0 ? "−" : "") + std::string(text);
 }
 
 // How a method fits its benchmarks: further states, chi-square, residuals.
@@ -458,8 +458,7 @@ Section calibration_section(const Json& json, const std::string& name) {
                                   "route_bias_k",
                                   "route_bias_eps_deg",
                                   "formula_bias_k",
-                                  "formula_bias_eps_deg",
-                                  "correlation"};
+                                  "formula_bias_eps_deg"};
     std::erase_if(keys, [&](const std::string& k) {
       return std::none_of(methods->begin(), methods->end(), [&](const Json& m) {
         return m.is_object() && std::isfinite(number(m, k));
@@ -602,7 +601,8 @@ Section certificate_section(const Json& whole, const std::string& name) {
   for (const auto& [key, value] : json.items())
     if (!is_constant(json, key) && !is_sigma_key(json, key) && key != "covariance" &&
         key != "diagnostics" && key != "result" && key != "constants" && key != "methods" &&
-        key != "recommended" && key != "recommended_why" && key != "command" && key != "format")
+        key != "recommended" && key != "recommended_why" && key != "command" && key != "format" &&
+        key != "valid" && !value.is_null() && !(key == "name" && json.contains("vehicle")))
       others[key] = value;
   add_pairs(rest, others, {"correlation"});
   block.rows = rest.rows;

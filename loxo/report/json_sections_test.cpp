@@ -78,6 +78,34 @@ TEST(CertificateSection, ConstantsAndCorrelation) {
   EXPECT_EQ(c.verdict, Verdict::kGood);
 }
 
+// As `loxo calibrate -o` writes it: the certificate in front, how it came about below.
+TEST(CertificateSection, WithItsMethods) {
+  const auto json = parse_json(
+      R"({"command":"certificate","format":1,"name":"truck 7","vehicle":"truck 7","recommended":"least_squares",
+    "recommended_why":"several benchmarks","method":"least_squares","valid":true,"k":1.2,"k_std":1e-4,"eps_deg":1,
+    "eps_std_deg":0.01,"correlation":0.1,"input_hash":"ab","metres_per_pulse":null,
+    "methods":{"least_squares":{"k":1.2,"k_std":1e-4,"eps_deg":1,"eps_std_deg":0.01,"valid":true,"chi2":3.1,"dof":4,
+    "heading_drift_deg_h":0.5,"heading_drift_std_deg_h":0.1,"residuals":[{"name":"B","north_m":-0.5,"east_m":0.25}]},
+    "replay":{"k":1.21,"k_std":1e-3,"eps_deg":1.1,"eps_std_deg":0.1,"valid":true}}})",
+      "");
+  EXPECT_EQ(kind_of(json), ResultKind::kCertificate);
+  const auto section = result_section(json, "");
+  ASSERT_EQ(blocks_of<Certificate>(section).size(), 1u);
+  EXPECT_EQ(blocks_of<Certificate>(section)[0]->constants.size(), 2u);
+  EXPECT_EQ(blocks_of<Intervals>(section).size(), 2u);
+  const auto tables = blocks_of<Table>(section);
+  ASSERT_EQ(tables.size(), 2u);  // methods, residuals
+  EXPECT_EQ(tables[1]->rows.size(), 1u);
+  EXPECT_EQ(tables[1]->rows[0].cells[1].text, "−0.5");
+  EXPECT_EQ(tables[1]->columns.size(), 3u);  // no heights
+  const auto pairs = blocks_of<KeyValues>(section);
+  ASSERT_EQ(pairs.size(), 1u);
+  ASSERT_EQ(pairs[0]->rows.size(), 2u);  // the drift, chi2
+  EXPECT_EQ(pairs[0]->rows[0].first, "heading drift");
+  ASSERT_FALSE(blocks_of<Text>(section).empty());
+  EXPECT_NE(blocks_of<Text>(section)[0]->text.find("several benchmarks"), std::string::npos);
+}
+
 TEST(ReproductionSection, CountsVerdicts) {
   const auto section = reproduction_section(
       parse_json(

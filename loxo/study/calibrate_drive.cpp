@@ -309,11 +309,12 @@ Json method_json(const Calibration& m) {
   }
   j["unobservable"] = m.unobservable;
   j["residuals"] = Json::array();
-  for (const auto& r : m.residuals)
-    j["residuals"].push_back({{"name", r.name},
-                              {"north_m", number(r.north)},
-                              {"east_m", number(r.east)},
-                              {"up_m", number(r.up)}});
+  const bool heights = std::find(m.states.begin(), m.states.end(), State::kPitch) != m.states.end();
+  for (const auto& r : m.residuals) {
+    Json one{{"name", r.name}, {"north_m", number(r.north)}, {"east_m", number(r.east)}};
+    if (heights) one["up_m"] = number(r.up);
+    j["residuals"].push_back(one);
+  }
   return j;
 }
 const char* model_name(const Drive& drive) {
