@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
@@ -170,6 +171,51 @@ TEST(StaticResponse, RootsMeetTheTable) {
     for (double o : {roots.low, roots.high})
       EXPECT_NEAR(((ws2 - o * o) * (ws2 - o * o) - 4 * o * o * k * k) / (ws2 * ws2), 0.0, 1e-14);
   }
+}
+
+// [CHARPOLY]: det(sI - F) = s (s^2 + w^2)((s^2 + ws^2)^2 + 4 s^2 k^2) as an identity in s, off the
+// roots too; F is written down by equations() above, not by the closed form. [ROOT-zero]: its
+// factor s.
+TEST(StaticResponse, CharacteristicPolynomialIsAnIdentity) {
+  const auto rows = testing::expected_rows("polar-expected.csv");
+  if (!rows.empty()) {
+    EXPECT_EQ(rows.at("CHARPOLY").tolerance, "exact");
+    EXPECT_EQ(rows.at("ROOT-zero").value(), 0.0);
+  }
+  using Complex = std::complex<long double>;
+  for (double p : {-1.2, 0.0, 0.4, 1.0})
+    for (double l : {-2.0, 0.0, 0.55, 1.5}) {
+      const auto site = transverse_site(paper_sphere(), p, l);
+      const auto f = equations(site, {}, site.cos_lat);
+      const long double w = site.w, ws2 = site.g * site.kee, k = w * site.u[2];
+      for (const Complex s : {Complex(0.0L, 0.0L), Complex(1e-3L, 2e-3L), Complex(-3e-4L, 1e-4L),
+                              Complex(5e-5L, 0.0L), Complex(0.0L, 1.2e-3L)}) {
+        // Gaussian elimination with pivots, rows scaled by nothing: 7 x 7.
+        Complex m[7][7], det = 1.0L;
+        for (int i = 0; i < 7; ++i)
+          for (int j = 0; j < 7; ++j) m[i][j] = (i == j ? s : Complex(0.0L)) - f[i][j];
+        for (int c = 0; c < 7; ++c) {
+          int best = c;
+          for (int r = c + 1; r < 7; ++r)
+            if (std::abs(m[r][c]) > std::abs(m[best][c])) best = r;
+          if (best != c) {
+            std::swap(m[c], m[best]);
+            det = -det;
+          }
+          det *= m[c][c];
+          if (m[c][c] == Complex(0.0L)) break;
+          for (int r = c + 1; r < 7; ++r) {
+            const Complex q = m[r][c] / m[c][c];
+            for (int j = c; j < 7; ++j) m[r][j] -= q * m[c][j];
+          }
+        }
+        const Complex a = s * s + ws2;
+        const Complex expected = s * (s * s + w * w) * (a * a + 4.0L * s * s * k * k);
+        // Rounding of the elimination against the largest product of its kind.
+        const long double size = std::pow(std::abs(s) + std::sqrt(ws2), 6) * (std::abs(s) + w);
+        EXPECT_LT(std::abs(det - expected), 1e-13L * size) << p << " " << l;
+      }
+    }
 }
 
 // RESP-P<place>-<source>-<hours>h-F<foucault>-<component>,
