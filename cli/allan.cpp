@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -19,8 +20,26 @@ namespace loxo::cli {
 namespace {
 
 struct Options {
-  std::string log, kind = "allan", tau_max, column_rate;
+  std::string log, kind = "allan", tau_max, rate, gyro_unit, accel_unit;
+  bool increments = false, errors = false;
 };
+
+// What one unit of a table's columns is, SI; increments are angles and velocities over a sample.
+struct Factors {
+  double gyro = 1, accel = 1;
+};
+Factors factors_of(const Options& o) {
+  Factors f;
+  if (!o.gyro_unit.empty())
+    f.gyro = option_quantity(
+        o.gyro_unit, o.increments ? Dimension::kAngle : Dimension::kAngularRate, "--gyro-unit");
+  if (!o.accel_unit.empty())
+    f.accel = option_quantity(
+        o.accel_unit, o.increments ? Dimension::kSpeed : Dimension::kAcceleration, "--accel-unit");
+  if (!(f.gyro > 0 && f.accel > 0))
+    throw Error(ErrorKind::kUsage, "the unit of a column is above 0, as 0.05deg/s", "--gyro-unit");
+  return f;
+}
 
 struct Axis {
   std::string name;
@@ -29,9 +48,14 @@ struct Axis {
   double first = 0, last = 0;  // means of the first and last tenth, for "not at rest"
 };
 
-// A drive (its [imu]) or a table with t_s and gx gy gz ax ay az in SI.
-double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axes,
+// A drive (its [imu]) or a table with gx gy gz ax ay az and t_s, or a rate instead of it.
+double read_into(const Options& o, AllanKind kind, std::vector<Axis>& axes,
                  Diagnostics& diagnostics, double& spread) {
+  const std::string& path = o.log;
+  const Factors unit = factors_of(o);
+  const double rate = o.rate.empty() ? 0 : option_quantity(o.rate, Dimension::kFrequency, "--rate");
+  if (!o.rate.empty() && !(rate > 0 && std::isfinite(rate)))
+    throw Error(ErrorKind::kUsage, "a rate above 0 expected, as 100Hz", "--rate");
   namespace fs = std::filesystem;
   std::vector<double> batch[6];
   double interval = 0, previous = 0, norm_sum = 0, norm_square = 0;
@@ -59,6 +83,11 @@ double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axe
     if (batch[0].size() == 4096) flush();
   };
   if (drive_given) {
+    if (!o.rate.empty() || !o.gyro_unit.empty() || !o.accel_unit.empty() || o.increments)
+      throw Error(ErrorKind::kUsage,
+                  "a drive says its own rate and units: --rate, --gyro-unit, --accel-unit and "
+                  "--increments are for tables",
+                  path);
     const Drive drive = read_drive(path);
     if (!drive.imu.present) throw Error(ErrorKind::kInput, "the drive has no [imu] section", path);
     ImuReader reader(drive, diagnostics);
@@ -71,7 +100,13 @@ double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axe
     }
   } else {
     CsvReader reader(path);
-    std::vector<std::string> columns = {"t_s"};
+    // Without a time column the rate must be given.
+    const bool timed = reader.has("t_s");
+    if (!timed && rate == 0)
+      throw Error(ErrorKind::kInput, "no column t_s: give the rate of the samples, as --rate 100Hz",
+                  path);
+    std::vector<std::string> columns;
+    if (timed) columns.push_back("t_s");
     std::vector<int> present;
     static const char* const kColumn[6] = {"gx", "gy", "gz", "ax", "ay", "az"};
     for (int c = 0; c < 6; ++c)
@@ -79,25 +114,40 @@ double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axe
         columns.push_back(kColumn[c]);
         present.push_back(c);
       }
-    reader.index("t_s");
     if (present.empty()) reader.index("gx");  // throws, naming what was found
     reader.select(columns);
     std::vector<double> row(columns.size());
     std::vector<std::array<double, 6>> head;
     std::vector<double> steps;
-    std::size_t gaps = 0;
+    std::size_t gaps = 0, rows = 0;
+    if (rate > 0) {
+      interval = 1.0 / rate;
+      start(interval, present);
+    }
+    // Increments are divided by the nominal interval.
+    const auto scaled = [&](const std::array<double, 6>& h) {
+      const double per = o.increments ? 1.0 / interval : 1.0;
+      const double g = unit.gyro * per, a = unit.accel * per;
+      take({h[0] * g, h[1] * g, h[2] * g, h[3] * a, h[4] * a, h[5] * a});
+    };
     while (reader.next(row, diagnostics)) {
       if (std::any_of(row.begin(), row.end(), [](double x) { return !std::isfinite(x); })) {
         diagnostics.bad("nan", path + ":" + std::to_string(reader.line()),
                         "a number expected in every column used; row left out");
         continue;
       }
-      double v[6]{};
-      for (std::size_t i = 0; i < present.size(); ++i) v[present[i]] = row[i + 1];
+      std::array<double, 6> v{};
+      for (std::size_t i = 0; i < present.size(); ++i)
+        v[static_cast<std::size_t>(present[i])] = row[i + (timed ? 1 : 0)];
+      ++rows;
+      if (!timed) {
+        scaled(v);
+        continue;
+      }
       if (interval == 0) {
         // The nominal interval is the median of the first thousand steps; until then rows wait.
         if (!head.empty()) steps.push_back(row[0] - previous);
-        head.push_back({v[0], v[1], v[2], v[3], v[4], v[5]});
+        head.push_back(v);
         previous = row[0];
         if (steps.size() == 1000) {
           std::nth_element(steps.begin(), steps.begin() + 500, steps.end());
@@ -107,23 +157,23 @@ double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axe
                         "time must increase; the median step is " + std::to_string(interval) + " s",
                         path);
           start(interval, present);
-          for (const auto& h : head) take({h[0], h[1], h[2], h[3], h[4], h[5]});
+          for (const auto& h : head) scaled(h);
         }
         continue;
       }
-      if (row[0] <= previous) {
+      if (rows > 1 && row[0] <= previous) {
         diagnostics.bad("time_back", path + ":" + std::to_string(reader.line()),
                         "time does not increase; row left out");
         continue;
       }
-      if (row[0] - previous > 1.5 * interval && gaps++ < 1000000)
+      if (rows > 1 && row[0] - previous > 1.5 * interval && gaps++ < 1000000)
         diagnostics.warn(
             "gap", path + ":" + std::to_string(reader.line()),
             fmt::format(
                 "{:.6g} s without samples, taken as contiguous; averaging times beyond it suffer",
                 row[0] - previous));
       previous = row[0];
-      take(v);
+      scaled(v);
     }
     if (interval == 0)
       throw Error(ErrorKind::kInput,
@@ -137,6 +187,30 @@ double read_into(const std::string& path, AllanKind kind, std::vector<Axis>& axe
   return interval;
 }
 
+// A fit that departs further from its curve (relative rms) describes something else.
+constexpr double kUsable = 0.2;
+
+// The worst usable axis of each kind, for [imu] errors.
+struct Found {
+  struct Sensor {
+    double noise = 0, bias = 0, tau = 0;
+    int axes = 0, seen = 0;
+  } gyro, accel;
+};
+std::string errors_line(const Found& f) {
+  std::string text;
+  const auto add = [&](const char* key, double x, const char* unit) {
+    if (x > 0) text += fmt::format("{}{} = \"{:.4g} {}\"", text.empty() ? "" : ", ", key, x, unit);
+  };
+  add("gyro_noise", f.gyro.noise / deg_per_sqrt_h, "deg/sqrt(h)");
+  add("gyro_bias", f.gyro.bias / deg_per_h, "deg/h");
+  if (f.gyro.bias > 0) add("gyro_bias_tau", f.gyro.tau, "s");
+  add("accel_noise", f.accel.noise / mps_per_sqrt_h, "m/s/sqrt(h)");
+  add("accel_bias", f.accel.bias / ug, "ug");
+  if (f.accel.bias > 0) add("accel_bias_tau", f.accel.tau, "s");
+  return "errors = { " + text + " }";
+}
+
 int run(const Globals& globals, const Options& o) {
   AllanKind kind = AllanKind::kAllan;
   if (o.kind == "modified")
@@ -144,20 +218,23 @@ int run(const Globals& globals, const Options& o) {
   else if (o.kind == "hadamard")
     kind = AllanKind::kHadamard;
   else if (o.kind != "allan")
-    throw Error(ErrorKind::kUsage,
-                "'" + o.kind + "' is not known; valid: allan, modified, hadamard", "--kind");
+    require_one_of(o.kind, {"allan", "modified", "hadamard"}, "--kind");
+  if (o.errors && kind != AllanKind::kAllan)
+    throw Error(ErrorKind::kUsage, "the fit is made on the Allan deviation: --kind allan expected",
+                "--errors");
   const double tau_max =
       o.tau_max.empty() ? 1e300 : option_quantity(o.tau_max, Dimension::kTime, "--tau-max");
   Diagnostics diagnostics;
   std::vector<Axis> axes;
   double spread = 0;
-  const double dt = read_into(o.log, kind, axes, diagnostics, spread);
+  const double dt = read_into(o, kind, axes, diagnostics, spread);
   if (spread > 0.5)
     diagnostics.warn("not_at_rest", o.log,
                      fmt::format("the specific force scatters by {:.3g} m/s^2 rms: this log does "
                                  "not look at rest, coefficients describe the motion too",
                                  spread));
 
+  Found found;
   Json json;
   json["command"] = "allan";
   json["kind"] = o.kind;
@@ -165,10 +242,18 @@ int run(const Globals& globals, const Options& o) {
   json["samples"] = axes[0].stream.samples();
   Json result = Json::object();
   std::string csv = "axis,tau_s,deviation,deviation_std,windows\n";
-  say(globals, fmt::format("{} samples at {:.6g} Hz ({:.4g} h)", axes[0].stream.samples(), 1 / dt,
-                           static_cast<double>(axes[0].stream.samples()) * dt / 3600));
+  if (!o.errors)
+    say(globals, fmt::format("{} samples at {:.6g} Hz ({:.4g} h)", axes[0].stream.samples(), 1 / dt,
+                             static_cast<double>(axes[0].stream.samples()) * dt / 3600));
   for (auto& axis : axes) {
     auto points = axis.stream.points(4);
+    if (!o.tau_max.empty() && (points.empty() || points.back().tau < 0.5 * tau_max))
+      throw Error(ErrorKind::kInput,
+                  fmt::format("the log of {:.6g} s is shorter than the asked averaging times: it "
+                              "allows up to {:.4g} s, --tau-max asks for {:.6g} s",
+                              static_cast<double>(axis.stream.samples()) * dt,
+                              points.empty() ? 0.0 : points.back().tau, tau_max),
+                  o.log);
     points.erase(std::remove_if(points.begin(), points.end(),
                                 [&](const AllanPoint& p) { return p.tau > tau_max; }),
                  points.end());
@@ -179,8 +264,9 @@ int run(const Globals& globals, const Options& o) {
                   o.log);
     Json a;
     a["mean"] = axis.stream.mean();
+    AllanFit fit;
     if (kind == AllanKind::kAllan) {
-      const auto fit = fit_allan(points, dt, axis.stream.samples());
+      fit = fit_allan(points, dt, axis.stream.samples());
       const auto put = [&](const char* name, int index, double unit) {
         a[name] = fit.value[static_cast<std::size_t>(index)] / unit;
         a[std::string(name) + "_std"] = fit.std[static_cast<std::size_t>(index)] / unit;
@@ -200,11 +286,44 @@ int run(const Globals& globals, const Options& o) {
       }
       a["chi2"] = fit.chi2;
       a["dof"] = fit.dof;
+      a["model_error"] = fit.model_error;
+      // Where the curve leaves the five noises furthest: evidence of motion, vibration, a filter.
+      double furthest = 0, at_tau = 0;
+      std::size_t lowest = 0;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        if (points[i].deviation < points[lowest].deviation) lowest = i;
+        const double model = allan_deviation(fit, points[i].tau);
+        const double off = model > 0 ? points[i].deviation / model - 1 : 0;
+        if (std::fabs(off) > std::fabs(furthest)) furthest = off, at_tau = points[i].tau;
+      }
+      const bool usable = fit.model_error < kUsable;
+      a["usable"] = usable;
+      std::string why;
+      if (!usable) {
+        why = fmt::format(
+            "the curve departs from the five noises by {:.0f} % rms, most at {:.3g} s ({:+.0f} %): "
+            "{}",
+            100 * fit.model_error, at_tau, 100 * furthest,
+            furthest > 0 ? "the sensor moves or vibrates there, or its samples are correlated"
+                         : "its samples are correlated");
+        diagnostics.warn("not_at_rest", axis.name, why);
+      }
+      a["why"] = why;
+      auto& all = axis.gyro ? found.gyro : found.accel;
+      if (usable) {
+        all.noise = std::max(all.noise, fit.value[AllanFit::kRandomWalk]);
+        const double b = fit.value[AllanFit::kBiasInstability];
+        if (b > all.bias) all.bias = b, all.tau = points[lowest].tau;
+        ++all.axes;
+      }
+      ++all.seen;
       const auto v = [&](int i, double unit) {
         return fmt::format("{:.4g} +- {:.2g}", fit.value[static_cast<std::size_t>(i)] / unit,
                            fit.std[static_cast<std::size_t>(i)] / unit);
       };
-      if (axis.gyro)
+      if (o.errors) {
+        // Only the line.
+      } else if (axis.gyro)
         say(globals, fmt::format("  {:<8} angle random walk {} deg/sqrt(h)   bias instability {} "
                                  "deg/h   rate random walk {} deg/h/sqrt(h)",
                                  axis.name, v(AllanFit::kRandomWalk, deg_per_sqrt_h),
@@ -222,6 +341,7 @@ int run(const Globals& globals, const Options& o) {
                       {"deviation", p.deviation},
                       {"deviation_std", p.deviation_std},
                       {"windows", p.windows}});
+      if (kind == AllanKind::kAllan) list.back()["fit"] = allan_deviation(fit, p.tau);
       csv += axis.name;
       for (double x : {p.tau, p.deviation, p.deviation_std, static_cast<double>(p.windows)}) {
         csv += ',';
@@ -233,6 +353,13 @@ int run(const Globals& globals, const Options& o) {
     result[axis.name] = a;
   }
   json["axes"] = result;
+  if (kind == AllanKind::kAllan && found.gyro.axes + found.accel.axes > 0) {
+    const std::string line = errors_line(found);
+    json["errors"] = line;
+    if (o.errors && !globals.json) fmt::print("{}\n", line);
+  } else if (o.errors) {
+    throw Error(ErrorKind::kInput, "no axis is usable: nothing to declare", o.log);
+  }
   json["diagnostics"] = to_json(diagnostics);
   if (!globals.output.empty()) {
     OutputFile file(globals.output);
@@ -252,9 +379,15 @@ void add_allan(CLI::App& app, Globals& globals) {
       app, globals, "allan",
       "Allan deviation of a log at rest, noise coefficients with their errors, in data-sheet units",
       "loxo allan imu.csv.gz --json", [&globals, o]() -> int { return run(globals, *o); });
-  sub->add_option("LOG", o->log, "a drive, or a table with t_s,gx,gy,gz,ax,ay,az in SI")
+  sub->add_option("LOG", o->log,
+                  "a drive, or a table with t_s,gx,gy,gz,ax,ay,az (SI unless units are given)")
       ->required();
   sub->add_option("--kind", o->kind, "allan (with fit), modified, hadamard");
+  sub->add_option("--rate", o->rate, "of a table's rows, as 100Hz; without: column t_s");
+  sub->add_option("--gyro-unit", o->gyro_unit, "one count of gx gy gz, as 0.05deg/s");
+  sub->add_option("--accel-unit", o->accel_unit, "one count of ax ay az, as 0.00333g");
+  sub->add_flag("--increments", o->increments, "the table holds angle and velocity increments");
+  sub->add_flag("--errors", o->errors, "print the line that drops into [imu] of a drive.toml");
   sub->add_option("--tau-max", o->tau_max, "longest averaging time, as 1000s");
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `loxo analyze`: how errors move. static: the exact response of a system at rest; roots: its
-// characteristic roots.
+// characteristic roots. Others have a file of their own.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ struct Options {
   std::string duration = "24h", step = "60s";
   bool neglect_foucault = false;
   // Sources, with their units.
-  std::string gyro_bias, accel_bias, tilt, position, velocity;
+  std::string gyro_bias, accel_bias, tilt, position, velocity, gyro_noise, accel_noise;
 };
 
 Ellipsoid earth_of(const Options& o) {
@@ -102,6 +102,13 @@ int run_static(const Globals& globals, const Options& o) {
     if (!std::isfinite(x)) throw Error(ErrorKind::kUsage, "a finite number expected", option);
     return x;
   };
+  const auto noise = [&](const std::string& text, Dimension d, const char* option) {
+    const double x = size(text, d, option);
+    if (x < 0)
+      throw Error(ErrorKind::kUsage, "noise is never negative: at least 0 expected, found " + text,
+                  option);
+    return x;
+  };
   const double gyro = size(o.gyro_bias, Dimension::kAngularRate, "--gyro-bias");
   const double accel = size(o.accel_bias, Dimension::kAcceleration, "--accel-bias");
   const double tilt = size(o.tilt, Dimension::kAngle, "--tilt");
@@ -132,10 +139,13 @@ int run_static(const Globals& globals, const Options& o) {
   add("velocity_n", &StaticInputs::dvn0, velocity);
   add("position_n", &StaticInputs::dlat0, position * std::sqrt(site.kee * site.knn));
   add("position_e", &StaticInputs::dlon0, position * std::sqrt(site.kee * site.knn) / site.cos_lat);
-  if (sources.empty())
+  const double gyro_noise = noise(o.gyro_noise, Dimension::kAngleRandomWalk, "--gyro-noise");
+  const double accel_noise = noise(o.accel_noise, Dimension::kVelocityRandomWalk, "--accel-noise");
+  if (sources.empty() && gyro_noise == 0 && accel_noise == 0)
     throw Error(ErrorKind::kUsage,
                 "no error given: --gyro-bias 0.001deg/h, --accel-bias 10ug, --tilt 30arcsec, "
-                "--velocity 0.01m/s, --position 10m");
+                "--velocity 0.01m/s, --position 10m, --gyro-noise '0.001deg/sqrt(h)', "
+                "--accel-noise 5ug/sqrt(Hz)");
   StaticInputs all;
   for (const auto& s : sources) {
     all.eps_e += s.in.eps_e, all.eps_n += s.in.eps_n, all.eps_u += s.in.eps_u;
@@ -143,7 +153,7 @@ int run_static(const Globals& globals, const Options& o) {
     all.phie0 += s.in.phie0, all.phin0 += s.in.phin0, all.phiu0 += s.in.phiu0;
     all.dve0 += s.in.dve0, all.dvn0 += s.in.dvn0, all.dlat0 += s.in.dlat0, all.dlon0 += s.in.dlon0;
   }
-  sources.insert(sources.begin(), {"sum", all});
+  if (!sources.empty()) sources.insert(sources.begin(), {"sum", all});
 
   std::vector<StaticResponse> responses;
   for (const auto& s : sources) responses.push_back(static_response(site, s.in));
@@ -186,7 +196,7 @@ int run_static(const Globals& globals, const Options& o) {
                                std::hypot(end[0], end[1])));
   }
   json["sources"] = table;
-  if (!globals.output.empty()) {
+  if (!globals.output.empty() && !globals.output.ends_with(".json")) {
     std::vector<std::array<std::vector<double>, 7>> series(responses.size());
     static_series(responses, 0.0, step, n, series);
     OutputFile file(globals.output);
@@ -214,6 +224,61 @@ int run_static(const Globals& globals, const Options& o) {
     file.write(text);
     file.commit();
   }
+  // Curves for the report: at most 600 points each.
+  const std::size_t thin = std::max<std::size_t>(1, (n + 599) / 600);
+  std::vector<double> times;
+  for (std::size_t i = 0; i < n; i += thin) times.push_back(step * static_cast<double>(i));
+  json["t_s"] = times;
+  Json curves = Json::array();
+  for (std::size_t k = 0; k < responses.size(); ++k) {
+    std::vector<double> c[7];
+    for (const double t : times) {
+      const auto x = responses[k].at(t);
+      const auto m = responses[k].position(t);
+      const double v[7] = {m[0], m[1], x[0], x[1], x[2] / arcsec, x[3] / arcsec, x[4] / arcsec};
+      for (int i = 0; i < 7; ++i) c[i].push_back(v[i]);
+    }
+    curves.push_back({{"source", sources[k].name},
+                      {"north_m", c[0]},
+                      {"east_m", c[1]},
+                      {"dve_mps", c[2]},
+                      {"dvn_mps", c[3]},
+                      {"phie_arcsec", c[4]},
+                      {"phin_arcsec", c[5]},
+                      {"phiu_arcsec", c[6]}});
+  }
+  json["responses"] = curves;
+  // White noise: standard deviations, exactly.
+  Json random = Json::array();
+  const std::pair<const char*, std::array<double, 2>> kinds[] = {
+      {"gyro_noise", {0, gyro_noise * gyro_noise}},
+      {"accel_noise", {accel_noise * accel_noise, 0}}};
+  for (const auto& [name, q] : kinds) {
+    if (q[0] + q[1] == 0) continue;
+    const auto p = static_noise_covariance(site, q[0], q[1], duration);
+    const double radius = 1 / std::sqrt(site.kee * site.knn);
+    const double north = radius * std::sqrt(p[40]), east = radius * site.cos_lat * std::sqrt(p[48]);
+    random.push_back({{"source", name},
+                      {"north_std_end_m", north},
+                      {"east_std_end_m", east},
+                      {"dve_std_end_mps", std::sqrt(p[0])},
+                      {"dvn_std_end_mps", std::sqrt(p[8])},
+                      {"phie_std_end_arcsec", std::sqrt(p[16]) / arcsec},
+                      {"phin_std_end_arcsec", std::sqrt(p[24]) / arcsec},
+                      {"phiu_std_end_arcsec", std::sqrt(p[32]) / arcsec}});
+    if (globals.output != "-")
+      say(globals,
+          fmt::format("{:<12} at the end, 1 sigma: north {:.4g} m, east {:.4g} m, velocity "
+                      "{:.4g} m/s, level {:.3g}'', azimuth {:.3g}''",
+                      name, north, east, std::sqrt(p[0] + p[8]), std::sqrt(p[16] + p[24]) / arcsec,
+                      std::sqrt(p[32]) / arcsec));
+  }
+  if (!random.empty()) json["noise"] = random;
+  if (!globals.output.empty() && globals.output.ends_with(".json")) {
+    OutputFile file(globals.output);
+    file.write(dump_json(json) + "\n");
+    file.commit();
+  }
   if (globals.json) print_json(json);
   return 0;
 }
@@ -229,7 +294,26 @@ int run_roots(const Globals& globals, const Options& o) {
   json["earth_rate_radps"] = roots.earth;
   json["schuler_foucault_low_radps"] = roots.low;
   json["schuler_foucault_high_radps"] = roots.high;
+  Json list = Json::array({{{"name", "zero"}, {"re", 0.0}, {"im", 0.0}}});
+  const std::pair<const char*, double> named[] = {{"Earth rate", roots.earth},
+                                                  {"Schuler-Foucault low", roots.low},
+                                                  {"Schuler-Foucault high", roots.high}};
+  for (const auto& [name, im] : named)
+    for (double sign : {1.0, -1.0})
+      list.push_back({{"name", name}, {"re", 0.0}, {"im", sign * im}});
+  json["roots"] = list;
   json["foucault_radps"] = site.neglect_foucault ? 0.0 : site.w * site.u[2];
+  if (!globals.output.empty()) {
+    OutputFile file(globals.output);
+    std::string csv = "name,re_1_s,im_1_s\n";
+    for (const auto& r : list) {
+      csv += r["name"].get<std::string>() + ",0,";
+      append_number(csv, r["im"].get<double>());
+      csv += '\n';
+    }
+    file.write(globals.output.ends_with(".json") ? dump_json(json) + "\n" : csv);
+    file.commit();
+  }
   if (globals.json) {
     print_json(json);
     return 0;
@@ -262,7 +346,8 @@ void add_analyze(CLI::App& app, Globals& globals) {
       app, globals, "analyze",
       "error propagation: exact responses at rest, roots, budgets, calibration drives",
       "loxo analyze static --lat 89.9deg --lon 45deg --gyro-bias 0.001deg/h", []() -> int {
-        throw Error(ErrorKind::kUsage, "analyze what? static, roots, budget, odometer", "analyze");
+        throw Error(ErrorKind::kUsage, "analyze what? static, roots, budget, odometer, noise",
+                    "analyze");
       });
   auto o = std::make_shared<Options>();
   auto* rest = add_subcommand(
@@ -279,12 +364,15 @@ void add_analyze(CLI::App& app, Globals& globals) {
   rest->add_option("--tilt", o->tilt, "initial misalignment on each axis in turn, as 30arcsec");
   rest->add_option("--velocity", o->velocity, "initial velocity error, as 0.01m/s");
   rest->add_option("--position", o->position, "initial position error, as 10m");
+  rest->add_option("--gyro-noise", o->gyro_noise, "white, as 0.001deg/sqrt(h): 1 sigma at the end");
+  rest->add_option("--accel-noise", o->accel_noise, "white, as 5ug/sqrt(Hz)");
   auto r = std::make_shared<Options>();
   auto* roots = add_subcommand(*analyze, globals, "roots",
                                "characteristic roots of an inertial system at rest",
                                "loxo analyze roots --lat 30deg --earth sphere",
                                [&globals, r]() -> int { return run_roots(globals, *r); });
   add_site_options(roots, r);
+  add_analyze_noise(*analyze, globals);
   add_analyze_budget(*analyze, globals);
   add_analyze_odometer(*analyze, globals);
 }

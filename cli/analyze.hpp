@@ -5,6 +5,7 @@
 
 namespace loxo::cli {
 
+void add_analyze_noise(CLI::App& analyze, Globals& globals);
 void add_analyze_budget(CLI::App& analyze, Globals& globals);
 void add_analyze_odometer(CLI::App& analyze, Globals& globals);
 

@@ -155,7 +155,7 @@ std::vector<AllanPoint> AllanStream::points(std::size_t least) const {
 namespace {
 
 // Generalised autocovariance of the phase per unit of each coefficient squared, such that the
-// second difference has the Allan variance of its name (decision 0011). x: lag [s]; dt: what counts
+// second difference has the Allan variance of its name (decision 0008). x: lag [s]; dt: what counts
 // as zero lag for quantisation.
 double phase_covariance(int kind, double x, double dt) {
   x = std::fabs(x);
@@ -242,12 +242,14 @@ PairForm pair_form(double a, double b, double dt, double length) {
 
 }  // namespace
 
-AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t samples,
-                   const std::array<bool, 5>& allowed) {
+namespace {
+
+// One fit with a relative model error beside the covariance that the noise implies.
+AllanFit fit_with(std::vector<AllanPoint>& points, const std::vector<PairForm>& forms,
+                  const std::array<bool, 5>& allowed, double model_error) {
   AllanFit fit;
+  fit.model_error = model_error;
   const auto n = static_cast<Eigen::Index>(points.size());
-  if (n == 0) return fit;
-  const double length = static_cast<double>(samples) * dt;
   Eigen::MatrixXd a(n, 5);
   Eigen::VectorXd y(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -260,12 +262,9 @@ AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t sampl
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto& p = points[static_cast<std::size_t>(i)];
     const double s = 2.0 * p.deviation * p.deviation_std;
-    cov(i, i) = s * s + 1e-300;
+    const double extra = 2.0 * model_error * y[i];
+    cov(i, i) = s * s + extra * extra + 1e-300;
   }
-  std::vector<PairForm> forms;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    for (std::size_t j = i; j < points.size(); ++j)
-      forms.push_back(pair_form(points[i].tau, points[j].tau, dt, length));
   std::array<bool, 5> active = allowed;
   Eigen::MatrixXd information;
   for (int round = 0; round < 6; ++round) {
@@ -319,7 +318,10 @@ AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t sampl
       for (Eigen::Index j = i; j < n; ++j) cov(i, j) = cov(j, i) = forms[pair++].at(q);
     // Neighbouring averaging times share most of their windows: keep the factorisation away from
     // singular.
-    for (Eigen::Index i = 0; i < n; ++i) cov(i, i) *= 1.0 + 1e-3;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double extra = 2.0 * model_error * y[i];  // of the variance
+      cov(i, i) = cov(i, i) * (1.0 + 1e-3) + extra * extra;
+    }
   }
   for (int kind = 0; kind < 5; ++kind) {
     const auto k = static_cast<std::size_t>(kind);
@@ -338,6 +340,46 @@ AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t sampl
     p.deviation_std = std::sqrt(cov(i, i)) / (2.0 * p.deviation);
   }
   return fit;
+}
+
+}  // namespace
+
+double allan_deviation(const AllanFit& fit, double tau) {
+  double sum = 0;
+  for (int kind = 0; kind < 5; ++kind) {
+    const double c = fit.value[static_cast<std::size_t>(kind)];
+    sum += c * c * allan_basis(kind, tau);
+  }
+  return std::sqrt(sum);
+}
+
+AllanFit fit_allan(std::vector<AllanPoint>& points, double dt, std::size_t samples,
+                   const std::array<bool, 5>& allowed) {
+  if (points.empty()) return {};
+  const double length = static_cast<double>(samples) * dt;
+  std::vector<PairForm> forms;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (std::size_t j = i; j < points.size(); ++j)
+      forms.push_back(pair_form(points[i].tau, points[j].tau, dt, length));
+  const std::vector<AllanPoint> first = points;  // each fit starts from the same guess of the bands
+  AllanFit fit = fit_with(points, forms, allowed, 0.0);
+  const auto fits = [](const AllanFit& f) {
+    const auto dof = static_cast<double>(f.dof);
+    return f.dof == 0 || f.chi2 <= dof + 4.0 * std::sqrt(2.0 * dof);
+  };
+  if (fits(fit)) return fit;
+  // The five noises are not all there is (a sensor's filter, vibration, motion): with the tight
+  // bands of short averaging times the fit would follow those alone. The smallest model error that
+  // explains the misfit, by bisection of its logarithm.
+  double low = 1e-4, high = 3.0;
+  for (int i = 0; i < 14; ++i) {
+    const double middle = std::sqrt(low * high);
+    auto trial = first;
+    const AllanFit at = fit_with(trial, forms, allowed, middle);
+    (at.chi2 > static_cast<double>(at.dof) ? low : high) = middle;
+  }
+  points = first;
+  return fit_with(points, forms, allowed, high);
 }
 
 }  // namespace loxo

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Allan deviation of a log of any length by streaming, and the noise coefficients behind it with
 // honest errors. IEEE Std 952 gives the names; the covariance of the estimates is derived in
-// decision 0011.
+// decision 0008.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -67,7 +67,12 @@ struct AllanFit {
   std::array<bool, 5> found{};  // different from zero by the fit
   double chi2 = 0;
   std::size_t dof = 0;
+  // Relative 1 sigma by which the curve departs from the five noises beyond chance; 0 where they
+  // explain it. It is in the bands.
+  double model_error = 0;
 };
+// The deviation that the fitted coefficients give at tau [s].
+double allan_deviation(const AllanFit& fit, double tau);
 // Generalised least squares with the covariance that the fitted noise itself implies between all
 // averaging times, coefficients non-negative. `allowed` switches coefficients off. Sets
 // deviation_std of the points. For kAllan.

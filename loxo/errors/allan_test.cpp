@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "loxo/errors/noise_units.hpp"
 #include "loxo/num/units.hpp"
 
 namespace loxo {
@@ -85,6 +86,54 @@ TEST(Allan, ARampOfTheRateIsSeenExactly) {
   stream.add(rate);
   for (const auto& p : stream.points())
     EXPECT_NEAR(p.deviation, 2e-5 * p.tau / std::sqrt(2.0), 1e-7 * p.deviation + 1e-12);
+}
+
+// Noise that the five cannot make (a vehicle that rocks) is told, and does not pull the fit; noise
+// that they can make is not suspected.
+TEST(Allan, WhatTheFiveNoisesCannotMakeIsTold) {
+  const double dt = 0.01, white = 0.01 * deg_per_sqrt_h;
+  auto rate = noise(200000, dt, white, 0, 0, 11);
+  AllanStream quiet(dt);
+  quiet.add(rate);
+  auto points = quiet.points(4);
+  const auto clean = fit_allan(points, dt, rate.size());
+  EXPECT_EQ(clean.model_error, 0.0);
+  for (const auto& p : points)
+    EXPECT_NEAR(allan_deviation(clean, p.tau), p.deviation,
+                4 * p.deviation_std + 0.02 * p.deviation);
+  for (std::size_t i = 0; i < rate.size(); ++i)
+    rate[i] += 5e-4 * std::sin(2 * kPi * 1.3 * dt * static_cast<double>(i));
+  AllanStream rocking(dt);
+  rocking.add(rate);
+  points = rocking.points(4);
+  const auto fit = fit_allan(points, dt, rate.size());
+  EXPECT_GT(fit.model_error, 0.2);
+  EXPECT_NEAR(fit.chi2, static_cast<double>(fit.dof), 0.1 * static_cast<double>(fit.dof));
+}
+
+TEST(NoiseUnits, EveryFormAndBack) {
+  // ADIS16405: 2.0 deg/sqrt(h) and 0.05 deg/s/sqrt(Hz) rms stand side by side in its data sheet;
+  // the density is one-sided.
+  EXPECT_NEAR(density_of_random_walk(2.0 * deg_per_sqrt_h) / deg, 0.05, 0.003);
+  EXPECT_DOUBLE_EQ(random_walk_of_density(density_of_random_walk(3.0)), 3.0);
+  EXPECT_DOUBLE_EQ(random_walk_of_sample(sample_of_random_walk(3.0, 50.0), 50.0), 3.0);
+  EXPECT_DOUBLE_EQ(rate_walk_of_step(step_of_rate_walk(3.0, 50.0), 50.0), 3.0);
+  EXPECT_DOUBLE_EQ(instability_of_floor(floor_of_instability(3.0)), 3.0);
+  // The figures are those of the Allan deviation: white noise at one sample, flicker's floor.
+  AllanFit fit;
+  fit.value[AllanFit::kRandomWalk] = 2e-4;
+  EXPECT_DOUBLE_EQ(allan_deviation(fit, 0.01), sample_of_random_walk(2e-4, 100.0));
+  fit = {};
+  fit.value[AllanFit::kBiasInstability] = 5e-6;
+  EXPECT_DOUBLE_EQ(allan_deviation(fit, 77.0), floor_of_instability(5e-6));
+  // The top of a Gauss-Markov process' Allan deviation.
+  const double sigma = markov_of_floor(1.0);
+  double top = 0;
+  for (double x = 0.5; x < 5; x += 1e-3)
+    top = std::max(
+        top, sigma * std::sqrt(2 / x * (1 - (3 - 4 * std::exp(-x) + std::exp(-2 * x)) / (2 * x))));
+  EXPECT_NEAR(top, 1.0, 1e-4);
+  EXPECT_NEAR(drive_of_markov(sigma, 100.0), sigma * std::sqrt(0.02), 1e-15);
 }
 
 // The stated bands are true: normalised errors of the fitted coefficients over many logs.

@@ -281,10 +281,13 @@ void static_series(std::span<const StaticResponse> responses, double t0, double 
     for (std::size_t k = 0; k < responses.size(); ++k)
       for (std::size_t component = 0; component < 7; ++component) {
         const auto& q = responses[k].coefficient[component];
+        double* const to =
+            count == kBlock ? out[k][component].data() + start : value;  // no copy but for the last
         for (std::size_t i = 0; i < kBlock; ++i)
-          value[i] = ((q[0] + q[1] * b[1][i]) + (q[2] * b[2][i] + q[3] * b[3][i])) +
-                     ((q[4] * b[4][i] + q[5] * b[5][i]) + (q[6] * b[6][i] + q[7] * b[7][i]));
-        std::copy_n(value, count, out[k][component].begin() + static_cast<std::ptrdiff_t>(start));
+          to[i] = ((q[0] + q[1] * b[1][i]) + (q[2] * b[2][i] + q[3] * b[3][i])) +
+                  ((q[4] * b[4][i] + q[5] * b[5][i]) + (q[6] * b[6][i] + q[7] * b[7][i]));
+        if (to == value)
+          std::copy_n(value, count, out[k][component].begin() + static_cast<std::ptrdiff_t>(start));
       }
   }
 }

@@ -2,7 +2,7 @@
 // How the errors of an inertial system at rest move: the exact closed form, Foucault included, on
 // the sphere and on the ellipsoid, in any level frame. polar.md 5.2 (sphere); on the ellipsoid the
 // two curvatures make two elliptic Schuler modes instead of two circular ones, and the form stays
-// closed (decision 0010).
+// closed (decision 0007).
 #pragma once
 #include <array>
 #include <span>

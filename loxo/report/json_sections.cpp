@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "loxo/report/analysis_sections.hpp"
 #include "loxo/report/page_html.hpp"
 
 namespace loxo::report {
@@ -141,6 +142,7 @@ ResultKind kind_of(const Json& json) {
   if (command == "analyze budget") return ResultKind::kBudget;
   if (command == "analyze roots") return ResultKind::kRoots;
   if (command == "analyze static") return ResultKind::kStatic;
+  if (command == "analyze odometer") return ResultKind::kOdometer;
   if (json.contains("covariance") && (json.contains("k") || json.contains("result")))
     return ResultKind::kCertificate;
   return command.empty() ? ResultKind::kUnknown : ResultKind::kOther;
@@ -166,6 +168,8 @@ std::string_view kind_name(ResultKind kind) {
       return "characteristic roots";
     case ResultKind::kStatic:
       return "static response";
+    case ResultKind::kOdometer:
+      return "odometer error analysis";
     case ResultKind::kOther:
       return "result";
     case ResultKind::kUnknown:
@@ -796,8 +800,24 @@ Section result_section(const Json& json, const std::string& name) {
       return evaluation_section(json, name);
     case ResultKind::kReproduce:
       return reproduction_section(json, "");
-    case ResultKind::kAllan:
-      return allan_section(json, name);
+    case ResultKind::kAllan: {
+      // Points as `loxo allan` writes them; other shapes as far as they are understood.
+      const Json* axes = part(json, "axes");
+      const bool ours = axes && axes->is_object() && !axes->empty() && axes->begin()->is_object() &&
+                        axes->begin()->contains("points");
+      return ours ? allan_log_section(json, name) : allan_section(json, name);
+    }
+    case ResultKind::kStatic:
+      if (json.contains("responses")) return static_response_section(json, name);
+      break;
+    case ResultKind::kRoots:
+      if (json.contains("roots")) return roots_section(json, name);
+      break;
+    case ResultKind::kBudget:
+      if (json.contains("total_m")) return budget_section(json, name);
+      break;
+    case ResultKind::kOdometer:
+      return odometer_section(json, name);
     default:
       break;
   }

@@ -21,6 +21,7 @@ enum class ResultKind {
   kBudget,
   kRoots,
   kStatic,
+  kOdometer,
   kOther
 };
 // From the key "command" where there is one, else from the keys that only one kind has.
