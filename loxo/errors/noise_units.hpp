@@ -18,8 +18,8 @@ inline double step_of_rate_walk(double k, double rate) { return k / std::sqrt(ra
 inline double rate_walk_of_step(double step, double rate) { return step * std::sqrt(rate); }
 // Bias instability: data sheets state the floor of the Allan deviation, sqrt(2 ln 2/pi) of the
 // flicker coefficient B (IEEE Std 952).
-inline double floor_of_instability(double b) { return b * 0.66428247021832955; }
-inline double instability_of_floor(double floor) { return floor / 0.66428247021832955; }
+inline double floor_of_instability(double b) { return b * 0.6642824702679601; }
+inline double instability_of_floor(double floor) { return floor / 0.6642824702679601; }
 // A Gauss-Markov bias whose Allan deviation tops at that floor: its standard deviation (the top, at
 // 1.892 tau, is 0.61736 of it), and the root density of the noise that drives it.
 inline double markov_of_floor(double floor) { return floor / 0.61736; }

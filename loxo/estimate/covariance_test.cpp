@@ -125,7 +125,8 @@ TEST(CovarianceBudget, SelfAlignmentCancelsWhatItWasMadeFrom) {
   EXPECT_NEAR(std::sqrt(of(free.row(), BudgetSource::kAccelBias).vee), 100 * ug * 60, 3e-4);
 }
 
-// A straight drive with a heading sensor: (V-44), (V-45) of vehicle.md 5.2.
+// A straight drive with a heading sensor: (V-43) for one benchmark, that is (V-44), (V-45) of
+// vehicle.md 5.2.
 TEST(CovarianceBudget, AStraightDriveHasTheClosedForm) {
   BudgetConfig config;
   config.ellipsoid = wgs84();

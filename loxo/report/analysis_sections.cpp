@@ -199,7 +199,7 @@ Section odometer_section(const Json& json, const std::string& name) {
       " m** finds the scale to **" + format_number(number(json, "ln_k_std"), kNoValue, 3) +
       "** and the mounting angle to **" + format_number(number(json, "eps_std_deg"), kNoValue, 3) +
       " deg** (one standard deviation). Scale: led by " + spaced(words(json, "leading_scale")) +
-      ", improved most by *" + words(json, "improves_scale_most") + "*. Angle: led by " +
+      ", improved most by “" + words(json, "improves_scale_most") + "”. Angle: led by " +
       spaced(words(json, "leading_angle")) + ", improved most by *" +
       words(json, "improves_angle_most") + "*."});
   Table table;

@@ -20,8 +20,8 @@ namespace {
 constexpr double kDay = 86400, kBias = 9.8e-5;  // s, m/s^2
 const double kDrift = 0.001 * deg_per_h, kTilt = 30 * arcsec;
 
-// The paper's initial errors on transverse axes: attitude, velocity, position. C_comp = (I - [Phi])
-// C.
+// The paper's initial errors on transverse axes, with the signs of polar.md 4.1: attitude,
+// velocity, position. C_comp = (I - [Phi]) C.
 template <class Mech>
 State<Mech, double> with_errors(const EarthModel& earth, const Ellipsoid& ell,
                                 const EcefState<double>& truth) {
