@@ -200,8 +200,8 @@ Section odometer_section(const Json& json, const std::string& name) {
       "** and the mounting angle to **" + format_number(number(json, "eps_std_deg"), kNoValue, 3) +
       " deg** (one standard deviation). Scale: led by " + spaced(words(json, "leading_scale")) +
       ", improved most by “" + words(json, "improves_scale_most") + "”. Angle: led by " +
-      spaced(words(json, "leading_angle")) + ", improved most by *" +
-      words(json, "improves_angle_most") + "*."});
+      spaced(words(json, "leading_angle")) + ", improved most by “" +
+      words(json, "improves_angle_most") + "”."});
   Table table;
   table.title = "By source";
   table.columns = {

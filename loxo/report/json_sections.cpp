@@ -82,10 +82,13 @@ bool is_sigma_key(const Json& object, const std::string& key) {
 }  // namespace
 
 Column column_of_key(const std::string& key) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 29> kUnits{
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 32> kUnits{
       {{"_deg_sqrt_h", "deg/√h"},
        {"_mps_sqrt_h", "m/s/√h"},
        {"_deg_h_sqrt_h", "deg/h/√h"},
+       {"_mps2_sqrt_h", "m/s²/√h"},
+       {"_deg_h_h", "deg/h/h"},
+       {"_mps2_h", "m/s²/h"},
        {"_deg_per_m", "deg/m"},
        {"_deg_h", "deg/h"},
        {"_deg_s", "deg/s"},
