@@ -2,8 +2,12 @@
 // `loxo reproduce`: the printed values of the papers beside ours.
 #include <fmt/format.h>
 
+#include <exception>
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <numeric>
+#include <thread>
 
 #include "cli/command.hpp"
 #include "loxo/num/error.hpp"
@@ -107,21 +111,54 @@ int run_reproduce(const Globals& globals, const ReproduceOptions& o) {
                 o.threads < 0 ? "--threads" : "--runs");
   if (globals.output == "-")
     throw Error(ErrorKind::kUsage, "a folder expected: a page and a CSV for each figure", "-o");
-  double total = 0, before = 0;
+  double total = 0;
   for (const auto* p : list) total += p->cost;
-  std::vector<Paper> done;
+  std::vector<Paper> done(list.size());
   {
     Progress progress(globals, "reproduce", total);
-    for (const auto* p : list) {
+    std::mutex lock;
+    std::vector<double> share(list.size(), 0.0);
+    const auto one = [&](std::size_t i) {
       papers::Options options;
       options.full = o.full;
       options.threads = o.threads;
       options.runs = o.runs;
       options.seed = globals.seed;
-      options.progress = [&](double x) { progress.at(before + x * p->cost); };
-      done.push_back(p->run(options));
-      before += p->cost;
+      options.progress = [&, i](double x) {
+        const std::lock_guard<std::mutex> held(lock);
+        share[i] = x * list[i]->cost;
+        progress.at(std::accumulate(share.begin(), share.end(), 0.0));
+      };
+      done[i] = list[i]->run(options);
+    };
+    // The one paper that takes most of the time keeps this thread and its helpers busy; the others
+    // have stretches for one thread only, and run beside it.
+    std::size_t longest = 0;
+    for (std::size_t i = 1; i < list.size(); ++i)
+      if (list[i]->cost > list[longest]->cost) longest = i;
+    std::exception_ptr failure;
+    const auto others = [&] {
+      try {
+        for (std::size_t i = 0; i < list.size(); ++i)
+          if (i != longest) one(i);
+      } catch (...) {
+        failure = std::current_exception();
+      }
+    };
+    if (o.threads == 1) {
+      others();
+      if (!failure) one(longest);
+    } else {
+      std::thread beside(others);
+      try {
+        one(longest);
+      } catch (...) {
+        beside.join();
+        throw;
+      }
+      beside.join();
     }
+    if (failure) std::rethrow_exception(failure);
   }
   if (o.docs) {
     fmt::print("{}", papers::docs_page(done));

@@ -58,6 +58,14 @@ TEST(Reproduce, WritesAReportAndTheFiguresAsTables) {
   EXPECT_EQ(run("report " + folder + "/checks.json -o " + folder + "/again.html").exit_code, 0);
 }
 
+// One run has the same median and 95 % value: not both can be as expected.
+TEST(Reproduce, AMissedValueIsExitCodeFour) {
+  const auto r = run("reproduce wang2012 --runs 1");
+  EXPECT_EQ(r.exit_code, 4) << r.err;
+  EXPECT_NE(r.out.find("failed"), std::string::npos);
+  EXPECT_NE(r.out.find("expected"), std::string::npos) << r.out;
+}
+
 TEST(Reproduce, RefusesWhatItDoesNotKnow) {
   const auto r = run("reproduce yu2032");
   EXPECT_EQ(r.exit_code, 2);

@@ -4,33 +4,58 @@
 #include <algorithm>
 #include <cmath>
 
-#include "loxo/earth/geodetic.hpp"
-#include "loxo/earth/gravity.hpp"
+#include "loxo/estimate/exact_route.hpp"
 #include "loxo/estimate/segmented.hpp"
+#include "loxo/num/error.hpp"
 #include "loxo/num/random.hpp"
-#include "loxo/study/simulated_vehicle.hpp"
+#include "loxo/num/units.hpp"
 
 namespace loxo {
 namespace {
 
 constexpr double kDt = 0.01;
+using Turns = std::vector<std::pair<double, double>>;  // s, deg
+
+Turns turns_of(const std::string& name) {
+  if (name == "straight") return {};
+  if (name == "mixed")
+    return {{60, 40},   {150, -70},  {300, 90},    {480, -60}, {700, -50},
+            {900, 80},  {1200, 30},  {1500, -100}, {1800, 60}, {2100, -40},
+            {2400, 90}, {2700, -60}, {3000, -30},  {3300, 45}};
+  if (name == "closed") {
+    Turns t;
+    for (int i = 1; i < 12; ++i) t.emplace_back(300.0 * i, 90.0);
+    return t;
+  }
+  throw Error(ErrorKind::kUsage, "straight, mixed or closed expected, found '" + name + "'",
+              "route");
+}
 
 }  // namespace
 
 struct AcceptanceRoute::Impl {
   Ellipsoid ell;
   AcceptanceSensors s;
-  RouteTruth route;
+  ExactRoute route;
 };
 
 AcceptanceRoute::AcceptanceRoute(const Ellipsoid& ell, const std::string& name, double duration,
                                  const AcceptanceSensors& sensors)
     : impl_(std::make_unique<Impl>()) {
+  const Turns turns = turns_of(name);
   impl_->ell = ell;
   impl_->s = sensors;
-  Trajectory t = acceptance_route(name.c_str(), duration);
-  t.ellipsoid = ell;
-  impl_->route = route_truth(t, 1 / kDt);
+  // From rest by 1 m/s^2 to 20 m/s, turns at 6 deg/s.
+  impl_->route = make_exact_route(
+      ell, Geodetic<double>{40 * deg, 20 * deg, 0},
+      [&](double t) {
+        double c = 30 * deg;
+        for (const auto& [start, angle] : turns)
+          c += angle * deg * std::clamp((t - start) * 6.0 / std::fabs(angle), 0.0, 1.0);
+        return c;
+      },
+      [](double t) { return std::min(20.0, t); }, duration, kDt,
+      sensors.drawn_mounting_sign * sensors.mounting);
 }
 AcceptanceRoute::~AcceptanceRoute() = default;
 
@@ -50,17 +75,9 @@ AcceptanceRun AcceptanceRoute::run(std::uint64_t seed, std::uint64_t number) con
   c.level_std = s.level, c.heading_std = s.heading;
   c.quantisation = s.quantisation;
   SegmentedStart start;
-  start.place = to_geodetic(ell, route.state[0].r);
-  // The unit stands turned clockwise by the mounting angle, and by the slip of the second: its
-  // axes are the way's, turned by minus that about up.
-  const double stands = s.drawn_mounting_sign * s.mounting;
-  double cs, ss;
-  sincos(stands, ss, cs);
-  Rot<Body, Body> mounted = Rot<Body, Body>::identity();
-  mounted.m[0][0] = mounted.m[1][1] = cs;
-  mounted.m[0][1] = ss, mounted.m[1][0] = -ss;
+  start.place = route.place[0];
   const Rot<Geographic, Body> C0 =
-      geographic_axes(start.place.lat, start.place.lon) * to_matrix(route.state[0].q_eb) * mounted;
+      geographic_axes(start.place.lat, start.place.lon) * to_matrix(route.q[0]);
   // The alignment's errors from their causes (6.1).
   const Vec<Geographic> gn = C0 * bg, an = C0 * ba;
   const double gamma = normal_gravity(ell, std::sin(start.place.lat), 0.0),
@@ -77,17 +94,19 @@ AcceptanceRun AcceptanceRoute::run(std::uint64_t seed, std::uint64_t number) con
   const double walk = s.slow_scale * std::sqrt(1 - std::exp(-2.0 / s.slow_time)),
                decay = std::exp(-1.0 / s.slow_time);
   const double nw = s.gyro_noise * std::sqrt(kDt), nf = s.accel_noise * std::sqrt(kDt);
-  const std::size_t n = route.imu.size() - 1;
+  double cs = 1, ss = 0;
+  const std::size_t n = route.dtheta.size() - 1;
   for (std::size_t i = 1; i <= n; ++i) {
     double jump = 0;
     if ((i - 1) % 100 == 0) {  // a new second
       const auto z = second_noise.normals<3>(i / 100);
       jump = s.slip * z[0] - slip;
       slip = s.slip * z[0];
-      sincos(stands + slip, ss, cs);
+      sincos(slip, ss, cs);
       white = s.scale_noise * z[1];
       slow = decay * slow + walk * z[2];
     }
+    // Side slip: the body stands turned clockwise against the way by `slip`.
     const auto turned = [&](const Vec<Body>& v) {
       return Vec<Body>{cs * v.x - ss * v.y, ss * v.x + cs * v.y, v.z};
     };
@@ -95,8 +114,8 @@ AcceptanceRun AcceptanceRoute::run(std::uint64_t seed, std::uint64_t number) con
     ImuIncrement<double> u;
     u.t = static_cast<double>(i) * kDt, u.dt = kDt;
     u.dtheta =
-        turned(route.imu[i].dtheta) + bg * kDt + Vec<Body>{nw * z[0], nw * z[1], nw * z[2] - jump};
-    u.dv = turned(route.imu[i].dv) + ba * kDt + Vec<Body>{nf * z[3], nf * z[4], nf * z[5]};
+        turned(route.dtheta[i]) + bg * kDt + Vec<Body>{nw * z[0], nw * z[1], nw * z[2] - jump};
+    u.dv = turned(route.dv[i]) + ba * kDt + Vec<Body>{nf * z[3], nf * z[4], nf * z[5]};
     nav.imu(u);
     indicated += (1 + s.scale) * (1 + white + slow) * (route.distance[i] - last);
     last = route.distance[i];
@@ -117,7 +136,7 @@ AcceptanceRun AcceptanceRoute::run(std::uint64_t seed, std::uint64_t number) con
     }
     if (e.switched) out.switch_t = e.t, out.forced = e.forced;
     if (second < 120 || second % 60 != 0) continue;
-    const Geodetic<double> truth = to_geodetic(ell, route.state[i].r);
+    const Geodetic<double>& truth = route.place[i];
     const double sl = std::sin(truth.lat);
     const double N = prime_vertical_radius(ell, sl) * std::cos(truth.lat),
                  M = meridian_radius(ell, sl);
