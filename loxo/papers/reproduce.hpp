@@ -38,7 +38,8 @@ struct Options {
   int runs = 0;            // Monte Carlo runs a route; 0: 100, with `full` 400
   std::uint64_t seed = 1;  // of every random number
   Model model;
-  std::function<void(double)> progress{};  // 0 to 1, of this paper
+  // 0 to 1, of this paper; may be called by several threads at once.
+  std::function<void(double)> progress{};
 };
 
 // Special values of Claim.
