@@ -230,6 +230,7 @@ void replays(int routes) {
     HeadingModel model;
     HeadingReference reference;
     double length, interval;
+    bool earth_rate = false;
   } classes[] = {
       {"road, 55 deg, 10 km", 55, HeadingModel::kIndependent, HeadingReference::kTrue, 10e3, 1},
       {"road, -70 deg, across +-180, 10 km", -70, HeadingModel::kIndependent,
@@ -239,6 +240,8 @@ void replays(int routes) {
       {"road, 89 deg, 5 km", 89, HeadingModel::kIndependent, HeadingReference::kTrue, 5e3, 1},
       {"road, 55 deg, mechanised headings, 10 km", 55, HeadingModel::kMechanised,
        HeadingReference::kTrue, 10e3, 1},
+      {"road, 45 deg, mechanised headings with the Earth's rate, 30 km", 45,
+       HeadingModel::kMechanised, HeadingReference::kTrue, 30e3, 1, true},
       {"road, 89.97 deg, grid headings, 5 km", 89.97, HeadingModel::kIndependent,
        HeadingReference::kGrid, 5e3, 1},
   };
@@ -260,6 +263,7 @@ void replays(int routes) {
       o.interval = c.interval;
       o.model = c.model;
       o.reference = c.reference;
+      o.earth_rate = c.earth_rate;
       o.errors.k = draw.uniform(0.5, 2);
       o.errors.eps = draw.uniform(-180, 180) * deg;
       const auto track = simulate_track(ell, route, o);
@@ -268,6 +272,7 @@ void replays(int routes) {
       recorded.steps = track.steps;
       recorded.model = c.model;
       recorded.reference = c.reference;
+      recorded.earth_rate = c.earth_rate;
       const auto start = survey(ell, track, 0, 0, 1, i);
       const auto end = survey(ell, track, track.steps.size(), 0, 1, i);
       const auto r = calibrate_replay(recorded, start, end);

@@ -2,6 +2,7 @@
 // Calibration: one iteration of replay on a long log, two-point calibrations, the covariance's
 // sums.
 #include <benchmark/benchmark.h>
+#include <sys/resource.h>
 
 #include <cmath>
 #include <cstdio>
@@ -110,6 +111,12 @@ void csv(benchmark::State& state) {
       out.write(line, n);
     }
   }
+  const auto peak = [] {
+    rusage use{};
+    getrusage(RUSAGE_SELF, &use);
+    return static_cast<double>(use.ru_maxrss) / 1024;
+  };
+  const double before = peak();
   for (auto _ : state) {
     CsvReader reader(path);
     reader.select({"t_s", "gx", "gy", "gz", "ax", "ay", "az"});
@@ -120,6 +127,8 @@ void csv(benchmark::State& state) {
   }
   state.counters["rows"] = benchmark::Counter(static_cast<double>(state.iterations()) * kRows,
                                               benchmark::Counter::kIsRate);
+  // Constant memory: what the highest use of memory grew by.
+  state.counters["more_MB"] = peak() - before;
   std::filesystem::remove(path);
 }
 BENCHMARK(csv)->Unit(benchmark::kMillisecond)->Name("csv_1e6_rows_of_7");

@@ -70,7 +70,7 @@ Chord<S> chord(const Ellipsoid& ell, ChordMethod method, S lat1, S lat2, S dlon,
     case ChordMethod::kGeodesic:  // (V-18)
       if constexpr (std::same_as<S, double>) return chord_geodesic(ell, lat1, lat2, dlon);
       break;
-    case ChordMethod::kGauss: {  // (V-19)
+    case ChordMethod::kGauss: {  // (V-16), (V-19)
       const auto a = gauss_forward(ell, lat1, from_meridian, 0.0);
       const auto p = gauss_forward(ell, lat2, from_meridian + dlon, 0.0);
       return {p.x - a.x, p.y - a.y};
@@ -86,6 +86,7 @@ Chord<S> chord(const Ellipsoid& ell, ChordMethod method, S lat1, S lat2, S dlon,
 
 template <Real S>
 TwoPoint<S> two_point(const Chord<S>& surveyed, const Chord<S>& reckoned) {
+  // (V-13); in the Gauss plane S1, S2 of (V-25), 1/k = K_D/K_0 of (V-26), -eps of (V-27).
   TwoPoint<S> r;
   r.chord = hypot(surveyed.north, surveyed.east);
   r.reckoned = hypot(reckoned.north, reckoned.east);

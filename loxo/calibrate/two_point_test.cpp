@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "loxo/earth/geodesic.hpp"
+#include "loxo/earth/projection.hpp"
 #include "loxo/earth/rhumb.hpp"
 #include "loxo/num/units.hpp"
 #include "shared_folder.hpp"
@@ -115,6 +116,50 @@ TEST(TwoPoint, BiasFormulas) {
   EXPECT_NEAR(mean_k, 5.33481e-7, 1e-9);             // S0-F4-k
   EXPECT_NEAR(start_eps / arcsec, 0.944867, 0.001);  // S0-F6-a
   EXPECT_NEAR(start_k, 9.30643e-6, 1e-8);            // S0-F6-k
+}
+
+// The papers' metrics written out: start latitude (V-14), mean latitude (V-15), the Gauss plane
+// (V-16), (V-19) as Shi et al. use it (V-25), (V-26), (V-27); k and eps from each by (V-13). In
+// every quadrant, north and south, across +-180 deg. Tolerance: rounding of metres made from
+// radians.
+TEST(TwoPoint, MetricsAreWhatTheyAreCalled) {
+  for (const double lat : {55.0, -33.0, 0.0})
+    for (int course = 0; course < 360; course += 45)
+      for (const double eps : {2.0, -150.0}) {
+        const Ellipsoid& ell = wgs84();
+        auto in = straight(ell, lat * deg, 179.99 * deg, course * deg, 9e3, 1.1, eps * deg);
+        const double d2 = wrap_pi(in.lon2 - in.lon1), d3 = wrap_pi(in.lon3 - in.lon1);
+        struct Plane {
+          double n, e;
+        };
+        const auto check = [&](ChordMethod method, Plane c, Plane d) {
+          const auto r = calibrate_two_point(ell, method, in);
+          ASSERT_TRUE(r.valid) << r.why;
+          const double k = std::hypot(d.n, d.e) / std::hypot(c.n, c.e);
+          const double angle = wrap_pi(std::atan2(d.e, d.n) - std::atan2(c.e, c.n));
+          EXPECT_NEAR(r.value.k / k, 1.0, 1e-12) << chord_method_name(method) << course;
+          EXPECT_NEAR(wrap_pi(r.value.eps - angle), 0.0, 1e-12) << chord_method_name(method);
+        };
+        const auto flat = [&](double at, double lat_p, double dlon) {
+          const double s = std::sin(at);
+          return Plane{meridian_radius(ell, s) * (lat_p - in.lat1),
+                       prime_vertical_radius(ell, s) * std::cos(at) * dlon};
+        };
+        check(ChordMethod::kStartLatitude, flat(in.lat1, in.lat2, d2), flat(in.lat1, in.lat3, d3));
+        check(ChordMethod::kMeanLatitude, flat(0.5 * (in.lat1 + in.lat2), in.lat2, d2),
+              flat(0.5 * (in.lat1 + in.lat3), in.lat3, d3));
+        const auto gauss = [&](double lat_p, double dlon) {
+          const auto a = gauss_forward(ell, in.lat1, 0.0, 0.0),
+                     p = gauss_forward(ell, lat_p, dlon, 0.0);
+          return Plane{p.x - a.x, p.y - a.y};
+        };
+        const Plane c = gauss(in.lat2, d2), d = gauss(in.lat3, d3);
+        check(ChordMethod::kGauss, c, d);
+        // (V-26): metres per pulse K_D = K_0 S1/S2 = K_0 / k; (V-27): alpha = -eps.
+        const auto r = calibrate_two_point(ell, ChordMethod::kGauss, in);
+        EXPECT_NEAR(std::hypot(c.n, c.e) / std::hypot(d.n, d.e), 1.0 / r.value.k, 1e-12);
+        EXPECT_NEAR(wrap_pi(std::atan2(c.e, c.n) - std::atan2(d.e, d.n) + r.value.eps), 0, 1e-12);
+      }
 }
 
 TEST(TwoPoint, RefusesWhatMeansNothing) {
