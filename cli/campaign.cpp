@@ -223,21 +223,11 @@ void add_fans(report::Section& section, const std::vector<Summary>& list) {
   }
 }
 
-// The first two errors against each other, with the ellipse of their covariance.
-void add_error_ellipse(report::Section& section, const Store& store,
-                       const std::vector<Summary>& list) {
-  std::vector<std::string> names;
-  for (const auto& s : list)
-    if (s.name.find("_error") != std::string::npos && s.name.rfind("_at_") == std::string::npos)
-      names.push_back(s.name);
-  if (names.size() < 2) {
-    names.clear();
-    for (const auto& s : list)
-      if (s.name == "east_end_m" || s.name == "north_end_m") names.push_back(s.name);
-  }
-  if (names.size() < 2) return;
+// One error against another, with the ellipse of their covariance.
+void add_error_ellipse(report::Section& section, const Store& store, const std::string& a,
+                       const std::string& b) {
   const std::uint64_t stride = std::max<std::uint64_t>(1, store.trials() / 20000);
-  const auto x = store.column(names[0], stride), y = store.column(names[1], stride);
+  const auto x = store.column(a, stride), y = store.column(b, stride);
   double n = 0, mx = 0, my = 0, sxx = 0, sxy = 0, syy = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
@@ -250,7 +240,7 @@ void add_error_ellipse(report::Section& section, const Store& store,
     syy += dy * (y[i] - my);
   }
   if (n < 3) return;
-  const auto cx = report::column_of_key(names[0]), cy = report::column_of_key(names[1]);
+  const auto cx = report::column_of_key(a), cy = report::column_of_key(b);
   report::Scatter scatter;
   scatter.title = cx.title + " and " + cy.title;
   scatter.caption =
@@ -260,6 +250,19 @@ void add_error_ellipse(report::Section& section, const Store& store,
   scatter.clouds.push_back({"trials", x, y});
   scatter.ellipses.push_back({"covariance", mx, my, sxx / (n - 1), sxy / (n - 1), syy / (n - 1)});
   section.blocks.emplace_back(std::move(scatter));
+}
+// Errors come in pairs: scale and angle of a method, east and north.
+void add_error_ellipses(report::Section& section, const Store& store,
+                        const std::vector<Summary>& list) {
+  const auto paired = [](const std::string& name) {
+    return name.find("_error") != std::string::npos || name == "east_end_m" ||
+           name == "north_end_m" || name == "ve_end_mps" || name == "vn_end_mps";
+  };
+  for (std::size_t i = 0; i + 1 < list.size(); ++i)
+    if (paired(list[i].name) && paired(list[i + 1].name)) {
+      add_error_ellipse(section, store, list[i].name, list[i + 1].name);
+      ++i;
+    }
 }
 
 report::Section comparison(const Json& against) {
@@ -329,7 +332,7 @@ report::Page page_of(const std::string& path, const Store& store, const std::vec
     cdf.samples.push_back({s.name, values});
     metrics.blocks.emplace_back(std::move(cdf));
   }
-  add_error_ellipse(metrics, store, list);
+  add_error_ellipses(metrics, store, list);
   add_fans(metrics, list);
   page.sections.push_back(std::move(metrics));
   if (result.contains("against")) page.sections.push_back(comparison(result["against"]));
