@@ -87,6 +87,30 @@ TEST(InertialProgram, AutoChangesTheFrameBothWays) {
   EXPECT_LT(end_error(up, m), kPositionLimit);
 }
 
+// The same on one way: from 76 deg to 82 deg and back to 76 deg along a great circle.
+TEST(InertialProgram, AutoChangesBothWaysOnOneRoute) {
+  auto m = truth::great_circle(wgs84(), 82 * deg, 25 * deg, 90 * deg, 4000);
+  m.arc0 = -0.2025;  // 11.6 deg before the highest point: acos(sin 76/sin 82)
+  const Ran r = navigate(write_drive("inertial_route", m, std::lround(0.405 / m.rate / kStep)),
+                         "--frame auto --vertical fixed --output-rate 1Hz");
+  ASSERT_EQ(r.code, 0) << r.err;
+  const auto& lat = r.table.at("lat_deg");
+  EXPECT_NEAR(number(lat.front()), 76, 0.1);
+  EXPECT_NEAR(number(lat.back()), 76, 0.1);
+  std::vector<std::string> frames;
+  std::vector<double> where;
+  for (std::size_t i = 0; i < lat.size(); ++i)
+    if (frames.empty() || frames.back() != r.table.at("frame")[i]) {
+      frames.push_back(r.table.at("frame")[i]);
+      where.push_back(number(lat[i]));
+    }
+  EXPECT_EQ(frames, (std::vector<std::string>{"geographic", "transverse", "geographic"}));
+  ASSERT_EQ(where.size(), 3u);
+  EXPECT_NEAR(where[1], 80, 0.05);  // a row a second at 4 km/s: 0.036 deg
+  EXPECT_NEAR(where[2], 78, 0.05);
+  EXPECT_LT(end_error(r, m), kPositionLimit);
+}
+
 // [NAV-G]: the geographic frame cannot; it says so, and no number is missing in silence.
 TEST(InertialProgram, GeographicOverThePoleSaysSo) {
   const auto m = over_the_pole(60, 15);

@@ -36,7 +36,10 @@ struct Jet3 {
 
 struct Motion {
   Ellipsoid ell;
-  Vec<Ecef, double> e1{0, 0, 1}, e2{1, 0, 0};   // orthonormal: normal = cos(arc) e1 + sin(arc) e2
+  // Orthonormal: normal = circle_s (cos(arc) e1 + sin(arc) e2) + circle_c (e1 x e2), a great circle
+  // where circle_s = 1, else a small one about e1 x e2.
+  Vec<Ecef, double> e1{0, 0, 1}, e2{1, 0, 0};
+  double circle_s = 1, circle_c = 0;
   double arc0 = 0, rate = 0;                    // rad, rad/s
   double h0 = 0, heave = 0, heave_period = 10;  // m, m, s
   double surge = 0, surge_period = 120;         // rad of arc, s
@@ -54,18 +57,23 @@ struct Motion {
     const Jet time{t, 1, 0};
     const Jet arc = Jet{arc0, 0, 0} + rate * time + surge * sin((tau / surge_period) * time);
     const Jet ca = cos(arc), sa = sin(arc);
-    const Jet n[3] = {e1.x * ca + e2.x * sa, e1.y * ca + e2.y * sa, e1.z * ca + e2.z * sa};
+    const Vec<Ecef, double> e3 = cross(e1, e2);
+    const double cs = circle_s, cc = circle_c;
+    const Jet one{1, 0, 0};
+    const Jet n[3] = {cs * (e1.x * ca + e2.x * sa) + (cc * e3.x) * one,
+                      cs * (e1.y * ca + e2.y * sa) + (cc * e3.y) * one,
+                      cs * (e1.z * ca + e2.z * sa) + (cc * e3.z) * one};
     const Jet along[3] = {e2.x * ca - e1.x * sa, e2.y * ca - e1.y * sa, e2.z * ca - e1.z * sa};
     const Jet h = Jet{h0, 0, 0} + heave * sin((tau / heave_period) * time);
-    const Jet one{1, 0, 0};
     const Jet N = ell.a * inverse_sqrt(one - ell.e2 * (n[2] * n[2]));
     const Jet r[3] = {(N + h) * n[0], (N + h) * n[1], ((1 - ell.e2) * N + h) * n[2]};
-    // Columns of C_ep: right, along, up of the path; right = along x up, constant.
-    const Vec<Ecef, double> right = cross(e2, e1);
+    // Columns of C_ep: right, along, up of the path; right = along x up.
+    const Jet right[3] = {cc * (e1.x * ca + e2.x * sa) - (cs * e3.x) * one,
+                          cc * (e1.y * ca + e2.y * sa) - (cs * e3.y) * one,
+                          cc * (e1.z * ca + e2.z * sa) - (cs * e3.z) * one};
     Jet c[3][3];
-    const double rr[3] = {right.x, right.y, right.z};
     for (int i = 0; i < 3; ++i) {
-      c[i][0] = {rr[i], 0, 0};
+      c[i][0] = right[i];
       c[i][1] = along[i];
       c[i][2] = n[i];
     }
@@ -134,6 +142,22 @@ inline Motion great_circle(const Ellipsoid& ell, double lat, double lon, double 
   const Vec<Ecef, double> east{-so, co, 0}, north{-sl * co, -sl * so, cl};
   m.e2 = std::sin(course) * east + std::cos(course) * north;
   m.rate = speed / (ell.a * (1.0 + 0.5 * ell.e2));
+  return m;
+}
+
+// Round the pole of the side given (+1 north, -1 south) eastward, `radius` [m] from it, starting on
+// the meridian lon.
+inline Motion round_the_pole(const Ellipsoid& ell, double side, double radius, double lon,
+                             double speed) {
+  Motion m;
+  m.ell = ell;
+  const double so = std::sin(lon), co = std::cos(lon);
+  m.e1 = {co, so, 0};
+  m.e2 = {-side * so, side * co, 0};  // e1 x e2 = side z
+  const double polar = ell.a * ell.a / ell.b;
+  m.circle_s = std::sin(radius / polar);
+  m.circle_c = std::cos(radius / polar);
+  m.rate = side * speed / radius;  // east is the sense of rotation of the Earth
   return m;
 }
 

@@ -24,16 +24,16 @@ inline State<M, S> step(const EarthModel& earth, const State<M, S>& x, const Ste
 
   // First the mean velocity without Coriolis, enough for the turn of c; then with it.
   V v_mean = x.v + half * (c + fall);
-  V w_en{};
-  if constexpr (M::kTurns) w_en = M::transport(local, v_mean);
   V w_in = local.w_ie;
-  if constexpr (M::kTurns) w_in = w_in + w_en;
+  if constexpr (M::kTurns) w_in = w_in + M::transport(local, v_mean);
   const V w_c = cross(w_in, c);
   const V gained = (c + fall) - (half * T) * w_c + (T * T * S(1.0 / 6.0)) * cross(w_in, w_c);
   v_mean = x.v + half * (gained - T * cross(w_in + local.w_ie, v_mean));
   if constexpr (M::kTurns) {
-    w_en = M::transport(local, v_mean);
-    w_in = local.w_ie + w_en;
+    // Attitude, velocity and longitude must turn by the same angle where the axes turn fast.
+    w_in = local.w_ie + M::transport(local, v_mean);
+    v_mean = x.v + half * (gained - T * cross(w_in + local.w_ie, v_mean));
+    w_in = local.w_ie + M::transport(local, v_mean);
   }
   State<M, S> y;
   y.v = x.v + gained - T * cross(w_in + local.w_ie, v_mean);

@@ -102,10 +102,11 @@ struct WanderMechanization {
   }
   template <Real S>
   static EcefState<S> to_ecef(const EarthModel& earth, const State<WanderMechanization, S>& x) {
-    const auto c_en = to_matrix(conjugate(x.position.q_ne));
+    const auto q_en = normalized(conjugate(x.position.q_ne));
+    const auto c_en = to_matrix(q_en);
     return {point_of_normal(earth, Vec<Ecef, S>{c_en.m[0][2], c_en.m[1][2], c_en.m[2][2]},
                             x.position.h),
-            c_en * x.v, normalized(conjugate(x.position.q_ne) * x.q_nb)};
+            c_en * x.v, normalized(q_en * x.q_nb)};
   }
   template <Real S>
   static S height(const State<WanderMechanization, S>& x) {
