@@ -70,6 +70,7 @@ int navigate_inertial(const Globals& globals, const NavigateOptions& options) {
     j["mode"] = "inertial";
     j["frame"] = options.frame;
     j["vertical"] = vertical_name(r.vertical);
+    if (r.height_tau > 0) j["height_tau_s"] = r.height_tau;
     j["rows"] = r.rows;
     j["imu_samples"] = r.imu_samples;
     j["begin_s"] = r.begin_t;

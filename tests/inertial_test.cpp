@@ -195,8 +195,52 @@ TEST(InertialProgram, ExternalHeightHoldsTheVerticalChannel) {
   ASSERT_EQ(r.code, 0) << r.err;
   EXPECT_EQ(Json::parse(r.out)["vertical"], "external");
   EXPECT_NEAR(number(r.table.at("h_m").back()), m.at(120).h, 0.01);
+  EXPECT_EQ(Json::parse(r.out)["height_tau_s"], 20.0);  // no sigma declared
   const Ran ship = navigate(folder, "--vertical ship --output-rate 1Hz");
   EXPECT_NEAR(number(ship.table.at("h_m").back()), m.at(0).h, 1e-6);
+  EXPECT_NEAR(number(ship.table.at("vu_mps").back()), 0, 1e-9);
+  // Fixed: the heights themselves, linear between (2 (2 pi/300)^2/8 m), and their slope.
+  const Ran fixed = navigate(folder, "--vertical fixed --output-rate 1Hz --json");
+  EXPECT_NEAR(number(fixed.table.at("h_m")[61]), m.at(61).h, 2e-4);
+  EXPECT_NEAR(number(fixed.table.at("vu_mps")[61]), m.at(61).vu, 1e-3);
+  EXPECT_FALSE(Json::parse(fixed.out).contains("height_tau_s"));
+  // Free: what the increments say, here the truth to their rounding.
+  const Ran free_channel = navigate(folder, "--vertical free --output-rate 1Hz");
+  EXPECT_NEAR(number(free_channel.table.at("h_m").back()), m.at(120).h, 1e-4);
+}
+
+// A height's declared sigma sets how fast the loop follows it; its rate makes fixed smooth.
+TEST(InertialProgram, SigmaAndRateOfTheHeightsCount) {
+  auto m = truth::great_circle(wgs84(), 50 * deg, 10 * deg, 40 * deg, 10);
+  m.heave = 2, m.heave_period = 60;
+  double tau[2], error[2];
+  for (int k = 0; k < 2; ++k) {
+    DriveSpec spec;
+    spec.imu_extra = "errors = { accel_noise = \"0.05 m/s/sqrt(h)\" }\n";
+    spec.more =
+        "[height]\nfile = \"height.csv\"\ncolumns = { time = \"t_s\", height = \"h_m\", rate "
+        "= \"vu_mps\" }\nerrors = { height = \"" +
+        std::string(k == 0 ? "0.1 m" : "2 m") + "\" }\n";
+    const fs::path folder = write_drive("inertial_height_std", m, 2400, spec);
+    std::ofstream heights(folder / "height.csv");
+    heights << "t_s,h_m,vu_mps\n";
+    for (int i = 0; i <= 120; i += 4)
+      // 1 m too high all along: what follows fast is soon 1 m too high.
+      heights << i << ',' << number_text(m.at(i).h + 1) << ',' << number_text(m.at(i).vu) << '\n';
+    heights.close();
+    const Ran r = navigate(folder, "--output-rate 1Hz --json");
+    ASSERT_EQ(r.code, 0) << r.err;
+    tau[k] = Json::parse(r.out)["height_tau_s"];
+    error[k] = std::fabs(number(r.table.at("h_m")[30]) - m.at(30).h - 1);
+    const Ran fixed = navigate(folder, "--vertical fixed --output-rate 1Hz");
+    // Hermite's cubic over 4 s: 2 (2 pi/60)^4 4^4/384 m.
+    EXPECT_NEAR(number(fixed.table.at("h_m")[62]), m.at(62).h + 1, 3e-4);
+    EXPECT_NEAR(number(fixed.table.at("vu_mps")[62]), m.at(62).vu, 1e-3);
+  }
+  // (11 std^2 interval/noise^2)^(1/4), noise 0.05/60 m/s/sqrt(s)
+  EXPECT_NEAR(tau[0], std::pow(11 * 0.01 * 4 / std::pow(0.05 / 60, 2), 0.25), 1e-6);
+  EXPECT_NEAR(tau[1], std::pow(11 * 4.0 * 4 / std::pow(0.05 / 60, 2), 0.25), 1e-6);
+  EXPECT_LT(error[0], error[1]);
 }
 
 // estimation.md 4.2 as a user meets it: a base that sways by a degree, heading found from the
@@ -226,6 +270,22 @@ TEST(InertialProgram, SwayingBaseIsAligned) {
   DriveSpec brief = spec;
   brief.start.replace(brief.start.find("150 s"), 5, "50 s");
   EXPECT_EQ(navigate(write_drive("inertial_sway_short", m, 3400, brief), "").code, 1);
+}
+
+// Every command of docs/inertial.md, as it stands there, in its order.
+TEST(InertialProgram, CommandsOfThePageRun) {
+  const fs::path folder = fs::path(scratch_folder()) / "inertial_page";
+  fs::create_directories(folder);
+  std::ifstream page(std::string(LOXO_SOURCE_DIR) + "/docs/inertial.md");
+  int count = 0;
+  for (std::string line; std::getline(page, line);) {
+    if (line.rfind("    loxo ", 0) != 0) continue;
+    const std::string command =
+        "cd " + folder.string() + " && " + LOXO_PROGRAM + line.substr(8) + " >out.txt 2>err.txt";
+    EXPECT_EQ(std::system(command.c_str()), 0) << line << slurp((folder / "err.txt").string());
+    ++count;
+  }
+  EXPECT_GE(count, 11);
 }
 
 // Recorded: a standing vehicle with people getting in and out; 90.6 deg by its producer. Whole and

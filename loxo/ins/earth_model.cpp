@@ -10,6 +10,7 @@ EarthModel make_earth_model(const Ellipsoid& ell, double lon0) {
   m.a = ell.a;
   m.e2 = ell.e2;
   m.a_polar = ell.a * (1.0 - ell.e2);
+  m.inv_a = 1.0 / ell.a;
   m.w_ie = ell.w_ie;
   m.lon0 = lon0;
   sincos(lon0, m.sin_lon0, m.cos_lon0);

@@ -9,6 +9,7 @@ namespace loxo {
 struct EarthModel {
   double a = 0, e2 = 0;  // m, 1
   double a_polar = 0;    // a (1 - e2) [m]
+  double inv_a = 0;      // 1/a [1/m]
   double w_ie = 0;       // rad/s
   // gamma = g_eq (1 + g_s s^2)/sqrt(1 - e2 s^2) (1 - (g_h - g_hs s^2) h + g_hh h^2), polar.md 3.1;
   // a constant gravity is g_eq alone.

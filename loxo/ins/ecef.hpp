@@ -10,6 +10,7 @@ struct EcefMechanization {
   using Frame = Ecef;
   static constexpr FrameId kFrame = FrameId::kEcef;
   static constexpr bool kTurns = false;  // no transport rate
+  static constexpr bool kTurnsFast = false;
 
   template <Real S>
   struct Position {
@@ -34,7 +35,7 @@ struct EcefMechanization {
     l.np = refine_normal(earth, l.r, p.zeta);
     l.gravity = -gravity_of(earth, l.np.s2, l.np.inv_u, l.np.h) * l.np.n;
     l.w_ie = {zero, zero, S(earth.w_ie)};
-    l.inv_radius = S(1.0 / earth.a);
+    l.inv_radius = S(earth.inv_a);
     return l;
   }
   template <Real S>

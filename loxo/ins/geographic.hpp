@@ -11,6 +11,7 @@ struct GeographicMechanization {
   using Frame = Geographic;
   static constexpr FrameId kFrame = FrameId::kGeographic;
   static constexpr bool kTurns = true;
+  static constexpr bool kTurnsFast = true;
 
   template <Real S>
   struct Position {
@@ -38,7 +39,7 @@ struct GeographicMechanization {
   static Local<S> half_way(const EarthModel& earth, const Position<S>& p, const Vec<Frame, S>& v,
                            double dt) {
     const S half(0.5 * dt);
-    return at(earth, turned(p.lat, half * (p.k_n * v.y)), p.h + half * v.z);
+    return at(earth, leaned(p.lat, half * (p.k_n * v.y)), p.h + half * v.z);
   }
   // w_eg = (-vN/(M+h), vE/(N+h), vE tan(L)/(N+h)), polar.md 2.4
   template <Real S>

@@ -9,6 +9,7 @@ struct GridMechanization {
   using Frame = Grid;
   static constexpr FrameId kFrame = FrameId::kGrid;
   static constexpr bool kTurns = true;
+  static constexpr bool kTurnsFast = false;
 
   template <Real S>
   using Position = TransversePosition<S>;
@@ -34,7 +35,7 @@ struct GridMechanization {
                            double dt) {
     const S half(0.5 * dt);
     const S rx = p.kxx * v.x + p.kxy * v.y, ry = p.kxy * v.x + p.kyy * v.y;
-    return at(earth, turned(p.tlat, half * rx), turned(p.tlon, -(half * (ry * p.inv_c))),
+    return at(earth, leaned(p.tlat, half * rx), leaned(p.tlon, -(half * (ry * p.inv_c))),
               p.h + half * v.z);
   }
   // w_eG = (-r_y, r_x, -r_y tan p), polar.md 2.4

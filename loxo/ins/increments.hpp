@@ -149,9 +149,16 @@ inline Quat<A, B, S> exp_tiny(const Vec<B, S>& phi) {
 }
 // One Newton step toward unit length: what a step's rounding needs.
 template <class A, class B, Real S>
-inline Quat<A, B, S> renormalized(const Quat<A, B, S>& q) {
-  const S k = S(1.5) - S(0.5) * (q.w * q.w + q.x * q.x + (q.y * q.y + q.z * q.z));
+inline S toward_unit(const Quat<A, B, S>& q) {
+  return S(1.5) - S(0.5) * ((q.w * q.w + q.x * q.x) + (q.y * q.y + q.z * q.z));
+}
+template <class A, class B, Real S>
+inline Quat<A, B, S> scaled(const Quat<A, B, S>& q, const S& k) {
   return {q.w * k, q.x * k, q.y * k, q.z * k};
+}
+template <class A, class B, Real S>
+inline Quat<A, B, S> renormalized(const Quat<A, B, S>& q) {
+  return scaled(q, toward_unit(q));
 }
 // q v q*: 24 products and sums, cheaper than by the matrix for one vector.
 template <class A, class B, Real S>

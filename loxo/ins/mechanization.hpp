@@ -56,11 +56,20 @@ struct UnitAngle {
 template <Real S>
 inline UnitAngle<S> turned(const UnitAngle<S>& a, S d) {
   const S d2 = d * d;
-  const S sd = d * (S(1.0) - d2 * (S(1.0 / 6.0) - d2 * S(1.0 / 120.0)));
-  const S cd = S(1.0) - d2 * (S(0.5) - d2 * (S(1.0 / 24.0) - d2 * S(1.0 / 720.0)));
-  const S s = a.s * cd + a.c * sd, c = a.c * cd - a.s * sd;
-  const S k = S(1.5) - S(0.5) * (s * s + c * c);
-  return {s * k, c * k};
+  const S sd = d - (d * d2) * (S(1.0 / 6.0) - d2 * S(1.0 / 120.0));
+  const S vd = d2 * (S(0.5) - d2 * (S(1.0 / 24.0) - d2 * S(1.0 / 720.0)));  // 1 - cos(d)
+  // Off unit length by the rounding of the last step and no more: that one is mended, while this
+  // one turns.
+  const S k = S(1.5) - S(0.5) * (a.s * a.s + a.c * a.c);
+  return {(a.s + (a.c * sd - a.s * vd)) * k, (a.c - (a.s * sd + a.c * vd)) * k};
+}
+// The same without the care for its length: for an angle that is looked at and not kept.
+template <Real S>
+inline UnitAngle<S> leaned(const UnitAngle<S>& a, S d) {
+  const S d2 = d * d;
+  const S sd = d - (d * d2) * (S(1.0 / 6.0) - d2 * S(1.0 / 120.0));
+  const S vd = d2 * (S(0.5) - d2 * (S(1.0 / 24.0) - d2 * S(1.0 / 720.0)));  // 1 - cos(d)
+  return {a.s + (a.c * sd - a.s * vd), a.c - (a.s * sd + a.c * vd)};
 }
 
 // Normal gravity [m/s^2] from s^2 = sin^2(latitude), 1/sqrt(1 - e2 s^2) and h [m]. polar.md 3.1, as

@@ -27,4 +27,9 @@ VerticalGains make_vertical_gains(double tau) {
   return {3.0 / tau, 3.0 / (tau * tau) + schuler2, 1.0 / (tau * tau * tau)};
 }
 
+double vertical_time(double std, double interval, double accel_noise) {
+  const double tau2 = std * sqrt(11.0 * interval) / accel_noise;
+  return min(max(sqrt(tau2), 2.0), 120.0);
+}
+
 }  // namespace loxo

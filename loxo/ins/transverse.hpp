@@ -57,6 +57,7 @@ struct TransverseOn {
   using Self = TransverseOn<kVirtualSphere>;
   static constexpr FrameId kFrame = FrameId::kTransverse;
   static constexpr bool kTurns = true;
+  static constexpr bool kTurnsFast = false;
 
   template <Real S>
   using Position = TransversePosition<S>;
@@ -64,7 +65,7 @@ struct TransverseOn {
   struct Local {
     Vec<Frame, S> w_ie, gravity;
     LevelTerms<S> terms;
-    S radius{};  // of the virtual sphere [m]; any positive number
+    S radius{}, inv_radius{};  // of the virtual sphere [m]; any positive number
   };
   // r_E, r_N: rate of the normal along E_t and N_t [rad/s]. On the virtual sphere through u = Rv K
   // v.
@@ -73,8 +74,8 @@ struct TransverseOn {
     if constexpr (kVirtualSphere) {
       const S u_e = l.radius * (l.terms.kxx * v.x + l.terms.kxy * v.y);
       const S u_n = l.radius * (l.terms.kxy * v.x + l.terms.kyy * v.y);
-      r_e = u_e / l.radius;
-      r_n = u_n / l.radius;
+      r_e = u_e * l.inv_radius;
+      r_n = u_n * l.inv_radius;
     } else {
       r_e = l.terms.kxx * v.x + l.terms.kxy * v.y;
       r_n = l.terms.kxy * v.x + l.terms.kyy * v.y;
@@ -90,6 +91,7 @@ struct TransverseOn {
     local.w_ie = {w * a1, w * a2, w * sn};
     local.gravity = {zero, zero, -local.terms.gamma};
     local.radius = S(earth.a);
+    local.inv_radius = S(earth.inv_a);
     return local;
   }
   template <Real S>
@@ -97,7 +99,7 @@ struct TransverseOn {
                            double dt) {
     const S half(0.5 * dt);
     const S r_e = p.kxx * v.x + p.kxy * v.y, r_n = p.kxy * v.x + p.kyy * v.y;
-    return at(earth, turned(p.tlat, half * r_n), turned(p.tlon, half * (r_e * p.inv_c)),
+    return at(earth, leaned(p.tlat, half * r_n), leaned(p.tlon, half * (r_e * p.inv_c)),
               p.h + half * v.z);
   }
   // w_et = (-r_N, r_E, r_E tan p), polar.md 2.2

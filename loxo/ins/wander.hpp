@@ -11,6 +11,7 @@ struct WanderMechanization {
   using Frame = Wander;
   static constexpr FrameId kFrame = FrameId::kWander;
   static constexpr bool kTurns = true;
+  static constexpr bool kTurnsFast = false;
 
   template <Real S>
   struct Position {
@@ -60,7 +61,7 @@ struct WanderMechanization {
   static Position<S> advance(const EarthModel&, const Position<S>& p, const Local<S>& l,
                              const Vec<Frame, S>& v, double dt) {
     Position<S> q;
-    q.q_ne = renormalized(exp_tiny<Frame, Frame>(S(-dt) * transport(l, v)) * p.q_ne);
+    q.q_ne = exp_tiny<Frame, Frame>(S(-dt) * transport(l, v)) * scaled(p.q_ne, toward_unit(p.q_ne));
     q.h = p.h + S(dt) * v.z;
     q.kxx = l.terms.kxx;
     q.kxy = l.terms.kxy;

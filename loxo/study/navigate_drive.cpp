@@ -23,8 +23,7 @@ constexpr double kTimeSlack =
 constexpr double kLongGap = 1.0;  // s: bridged too, but nothing after it is to be trusted
 constexpr double kBridgeStep =
     0.02;  // s: of the steps across a gap, so that the Earth model is followed
-constexpr double kHeightTau =
-    20.0;  // s: of the loop toward an external height; longer than waves, far below Schuler
+constexpr double kHeightTau = 20.0;  // s: of the loop toward heights that declare no sigma
 // s: how often the latitude is looked at for a change of frame, and the state for having left its
 // domain. The hysteresis of 2 deg is hours wide for a car, minutes for an aircraft.
 constexpr double kLookEvery = 0.1;
@@ -71,16 +70,25 @@ bool finite(const EcefState<double>& e) {
          std::isfinite(e.q_eb.w + e.q_eb.x + e.q_eb.y + e.q_eb.z);
 }
 
-// A height at any time from samples in time order: linear between, the nearest outside.
+// A height and its rate at any time from samples in time order: between two linear, or cubic where
+// both have a rate; outside the nearest.
+struct HeightNow {
+  double h = 0, rate = 0;  // m, m/s
+};
 class HeightAt {
  public:
   explicit HeightAt(std::vector<HeightSample> h) : h_(std::move(h)) {}
-  double operator()(double t) {
+  HeightNow operator()(double t) {
     while (i_ + 1 < h_.size() && h_[i_ + 1].t <= t) ++i_;
     const HeightSample& a = h_[i_];
-    if (t <= a.t || i_ + 1 == h_.size()) return a.h;
+    if (t < a.t || i_ + 1 == h_.size()) return {a.h, 0};
     const HeightSample& b = h_[i_ + 1];
-    return a.h + (b.h - a.h) * (t - a.t) / (b.t - a.t);
+    const double T = b.t - a.t, u = (t - a.t) / T, step = b.h - a.h;
+    if (!given(a.rate) || !given(b.rate)) return {a.h + step * u, step / T};
+    // Hermite's cubic.
+    const double ra = a.rate * T - step, rb = b.rate * T - step, w = 1 - u;
+    return {a.h + step * u + u * w * (w * ra - u * rb),
+            (step + (1 - 4 * u + 3 * u * u) * ra + (3 * u * u - 2 * u) * rb) / T};
   }
   const std::vector<HeightSample>& samples() const { return h_; }
 
@@ -156,8 +164,9 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
                  : vertical == "fixed"  ? VerticalMode::kFixed
                  : vertical == "ship"   ? VerticalMode::kShip
                                         : VerticalMode::kFree;
-  HeightAt height_at(out.vertical == VerticalMode::kExternal ? heights_of(drive, d)
-                                                             : std::vector<HeightSample>{});
+  const bool measured = out.vertical == VerticalMode::kExternal ||
+                        (out.vertical == VerticalMode::kFixed && drive.height.present);
+  HeightAt height_at(measured ? heights_of(drive, d) : std::vector<HeightSample>{});
 
   ImuReader reader(drive, d);
   ImuIncrement<double> sample;
@@ -175,7 +184,16 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
     frame = frame_wanted(rule, FrameId::kGeographic, normal_point(earth, begin.state.r).n.z);
   AnyState state = in_frame(earth, frame, begin.state);
   const double h0 = normal_point(earth, begin.state.r).h;
-  const VerticalGains gains = make_vertical_gains(kHeightTau);
+  if (out.vertical == VerticalMode::kExternal) {
+    out.height_tau = kHeightTau;
+    const auto& h = height_at.samples();
+    if (given(drive.height_std) && h.size() > 1)
+      out.height_tau = vertical_time(
+          drive.height_std, (h.back().t - h.front().t) / static_cast<double>(h.size() - 1),
+          given(drive.imu_errors.accel_noise) ? drive.imu_errors.accel_noise
+                                              : 0.05 * mps_per_sqrt_h);
+  }
+  const VerticalGains gains = make_vertical_gains(out.height_tau > 0 ? out.height_tau : kHeightTau);
   double integral = 0;
   double t = begin.t;
   double next_look = t;
@@ -199,10 +217,14 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
     t += u.dt;
     std::visit(
         [&](auto& x) {
-          if (out.vertical == VerticalMode::kFixed || out.vertical == VerticalMode::kShip)
+          if (out.vertical == VerticalMode::kExternal) {
+            x = damped(x, height_at(t).h, gains, u.dt, integral);
+          } else if (measured) {
+            const HeightNow now = height_at(t);
+            x = constrained(x, now.h, now.rate);
+          } else if (out.vertical != VerticalMode::kFree) {
             x = constrained(x, h0, 0.0);
-          else if (out.vertical == VerticalMode::kExternal)
-            x = damped(x, height_at(t), gains, u.dt, integral);
+          }
           // About 600 (v T/d)^2 m of error where the geographic frame passes a pole at distance d
           // (polar.md 3.4).
           const double error = 600.0 * mechanization_of<decltype(x)>::nearness(x, u.dt);

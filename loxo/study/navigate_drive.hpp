@@ -11,8 +11,11 @@ struct InertialOptions {
       true;  // geographic below 80 deg, transverse above, back at 78 deg (polar.md 3.4)
   FrameId frame = FrameId::kGeographic;
   double meridian = 0;  // rad: reference meridian of the transverse and grid frames
-  std::string
-      vertical;  // free, fixed, ship, external; "": external where the drive has heights, else free
+  // free: nothing holds it. fixed: the drive's heights and their rate taken as exact (without
+  // [height], the start's height). ship: the start's height, no vertical velocity, whatever
+  // [height] says. external: damped toward the drive's heights, as fast as their sigma deserves.
+  // "": external where the drive has heights, else free.
+  std::string vertical;
   double output_period = 0.1;  // s; 0: every step
   bool force = false;          // go on with a poor alignment
 };
@@ -22,6 +25,7 @@ struct InertialResult {
   VerticalMode vertical = VerticalMode::kFree;
   EcefState<double> end;
   double begin_t = 0, end_t = 0;  // s
+  double height_tau = 0;          // s: of the loop toward an external height; 0: there is none
   long imu_samples = 0, rows = 0, gaps = 0, switches = 0;
   double longest_gap = 0;  // s
   // Position error [m] that the geographic frame's azimuth makes near a pole, as polar.md 3.4
