@@ -7,7 +7,7 @@
 
 namespace loxo {
 
-struct GeographicMechanization {
+struct GeographicMechanization : LevelVertical<GeographicMechanization> {
   using Frame = Geographic;
   static constexpr FrameId kFrame = FrameId::kGeographic;
   static constexpr bool kTurns = true;
@@ -105,21 +105,6 @@ struct GeographicMechanization {
   template <Real S>
   static EcefState<S> to_ecef(const EarthModel& earth, const State<GeographicMechanization, S>& x) {
     return level_to_ecef(earth, x, axes(earth, x.position), x.position.h);
-  }
-  template <Real S>
-  static S height(const State<GeographicMechanization, S>& x) {
-    return x.position.h;
-  }
-  template <Real S>
-  static S up_velocity(const State<GeographicMechanization, S>& x) {
-    return x.v.z;
-  }
-  template <Real S>
-  static State<GeographicMechanization, S> with_vertical(State<GeographicMechanization, S> x, S h,
-                                                         S vu) {
-    x.position.h = h;
-    x.v.z = vu;
-    return x;
   }
   template <Real S>
   static S nearness(const State<GeographicMechanization, S>& x, double dt) {

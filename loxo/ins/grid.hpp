@@ -5,7 +5,7 @@
 
 namespace loxo {
 
-struct GridMechanization {
+struct GridMechanization : OnTransversePosition<GridMechanization> {
   using Frame = Grid;
   static constexpr FrameId kFrame = FrameId::kGrid;
   static constexpr bool kTurns = true;
@@ -66,39 +66,6 @@ struct GridMechanization {
       c.m[2][j] = t.m[2][j];
     }
     return c;
-  }
-  template <Real S>
-  static State<GridMechanization, S> from_ecef(const EarthModel& earth, const EcefState<S>& e) {
-    const auto np = normal_point(earth, e.r);
-    auto p = transverse_position(earth, np.n, np.h);
-    keep_predictor(p, at(earth, p.tlat, p.tlon, p.h).terms);
-    auto x = level_from_ecef<GridMechanization>(e, axes(earth, p));
-    x.position = p;
-    return x;
-  }
-  template <Real S>
-  static EcefState<S> to_ecef(const EarthModel& earth, const State<GridMechanization, S>& x) {
-    return level_to_ecef(earth, x, axes(earth, x.position), x.position.h);
-  }
-  template <Real S>
-  static S height(const State<GridMechanization, S>& x) {
-    return x.position.h;
-  }
-  template <Real S>
-  static S up_velocity(const State<GridMechanization, S>& x) {
-    return x.v.z;
-  }
-  template <Real S>
-  static State<GridMechanization, S> with_vertical(State<GridMechanization, S> x, S h, S vu) {
-    x.position.h = h;
-    x.v.z = vu;
-    return x;
-  }
-  template <Real S>
-  static S nearness(const State<GridMechanization, S>& x, double dt) {
-    const auto& p = x.position;
-    const S run = S(dt) * p.kxx * p.inv_c;
-    return run * run * (x.v.x * x.v.x + x.v.y * x.v.y);
   }
 };
 

@@ -46,6 +46,25 @@ concept Mechanization = Real<S> &&
   { M::nearness(x, dt) } -> std::same_as<S>;
 };
 
+// The vertical channel of every level frame: height in the position, upward velocity third.
+template <class Self>
+struct LevelVertical {
+  template <Real S>
+  static S height(const State<Self, S>& x) {
+    return x.position.h;
+  }
+  template <Real S>
+  static S up_velocity(const State<Self, S>& x) {
+    return x.v.z;
+  }
+  template <Real S>
+  static State<Self, S> with_vertical(State<Self, S> x, S h, S vu) {
+    x.position.h = h;
+    x.v.z = vu;
+    return x;
+  }
+};
+
 // An angle as sine and cosine, kept of unit length: no trigonometry in a step, exact at 0 and 90
 // degrees.
 template <Real S>

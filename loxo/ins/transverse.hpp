@@ -51,8 +51,35 @@ inline void keep_predictor(TransversePosition<S>& p, const LevelTerms<S>& t) {
   p.inv_c = t.inv_c;
 }
 
+// What the two frames on this position share: the way to ECEF and back, and where they are
+// singular.
+template <class Self>
+struct OnTransversePosition : LevelVertical<Self> {
+  template <Real S>
+  using Position = TransversePosition<S>;
+  template <Real S>
+  static State<Self, S> from_ecef(const EarthModel& earth, const EcefState<S>& e) {
+    const auto np = normal_point(earth, e.r);
+    auto p = transverse_position(earth, np.n, np.h);
+    keep_predictor(p, Self::at(earth, p.tlat, p.tlon, p.h).terms);
+    auto x = level_from_ecef<Self>(e, Self::axes(earth, p));
+    x.position = p;
+    return x;
+  }
+  template <Real S>
+  static EcefState<S> to_ecef(const EarthModel& earth, const State<Self, S>& x) {
+    return level_to_ecef(earth, x, Self::axes(earth, x.position), x.position.h);
+  }
+  template <Real S>
+  static S nearness(const State<Self, S>& x, double dt) {
+    const auto& p = x.position;
+    const S run = S(dt) * p.kxx * p.inv_c;
+    return run * run * (x.v.x * x.v.x + x.v.y * x.v.y);
+  }
+};
+
 template <bool kVirtualSphere>
-struct TransverseOn {
+struct TransverseOn : OnTransversePosition<TransverseOn<kVirtualSphere>> {
   using Frame = Transverse;
   using Self = TransverseOn<kVirtualSphere>;
   static constexpr FrameId kFrame = FrameId::kTransverse;
@@ -125,39 +152,6 @@ struct TransverseOn {
   template <Real S>
   static Rot<Frame, Ecef, S> axes(const EarthModel& earth, const Position<S>& p) {
     return transverse_frame_axes<Frame>(earth, p.tlat, p.tlon);
-  }
-  template <Real S>
-  static State<Self, S> from_ecef(const EarthModel& earth, const EcefState<S>& e) {
-    const auto np = normal_point(earth, e.r);
-    auto p = transverse_position(earth, np.n, np.h);
-    keep_predictor(p, at(earth, p.tlat, p.tlon, p.h).terms);
-    auto x = level_from_ecef<Self>(e, axes(earth, p));
-    x.position = p;
-    return x;
-  }
-  template <Real S>
-  static EcefState<S> to_ecef(const EarthModel& earth, const State<Self, S>& x) {
-    return level_to_ecef(earth, x, axes(earth, x.position), x.position.h);
-  }
-  template <Real S>
-  static S height(const State<Self, S>& x) {
-    return x.position.h;
-  }
-  template <Real S>
-  static S up_velocity(const State<Self, S>& x) {
-    return x.v.z;
-  }
-  template <Real S>
-  static State<Self, S> with_vertical(State<Self, S> x, S h, S vu) {
-    x.position.h = h;
-    x.v.z = vu;
-    return x;
-  }
-  template <Real S>
-  static S nearness(const State<Self, S>& x, double dt) {
-    const auto& p = x.position;
-    const S run = S(dt) * p.kxx * p.inv_c;
-    return run * run * (x.v.x * x.v.x + x.v.y * x.v.y);
   }
 };
 

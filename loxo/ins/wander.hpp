@@ -7,7 +7,7 @@
 
 namespace loxo {
 
-struct WanderMechanization {
+struct WanderMechanization : LevelVertical<WanderMechanization> {
   using Frame = Wander;
   static constexpr FrameId kFrame = FrameId::kWander;
   static constexpr bool kTurns = true;
@@ -108,20 +108,6 @@ struct WanderMechanization {
     return {point_of_normal(earth, Vec<Ecef, S>{c_en.m[0][2], c_en.m[1][2], c_en.m[2][2]},
                             x.position.h),
             c_en * x.v, normalized(q_en * x.q_nb)};
-  }
-  template <Real S>
-  static S height(const State<WanderMechanization, S>& x) {
-    return x.position.h;
-  }
-  template <Real S>
-  static S up_velocity(const State<WanderMechanization, S>& x) {
-    return x.v.z;
-  }
-  template <Real S>
-  static State<WanderMechanization, S> with_vertical(State<WanderMechanization, S> x, S h, S vu) {
-    x.position.h = h;
-    x.v.z = vu;
-    return x;
   }
   template <Real S>
   static S nearness(const State<WanderMechanization, S>&, double) {
