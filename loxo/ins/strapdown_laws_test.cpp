@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "loxo/earth/attitude.hpp"
 #include "loxo/ins/closed_form_truth.hpp"
 #include "loxo/ins/handover.hpp"
 #include "loxo/ins/strapdown.hpp"
@@ -164,7 +165,7 @@ TEST(StrapdownLaws, ForwardAndBackwardReturnsToTheStart) {
   }
 }
 
-// polar.md 3.4: handover and back, every pair, in every regime and on random places, the poles
+// polar.md 1.3, 3.4: handover and back, every pair, in every regime and on random places, the poles
 // themselves among them.
 constexpr double kRoundTrip = 1e-8;           // m
 constexpr double kRoundTurn = 1e-9 * arcsec;  // rad
@@ -204,6 +205,41 @@ TEST(StrapdownLaws, HandoverRoundTrip) {
     auto m = truth::great_circle(wgs84(), lat, lon, kPi * u(rng), 300 * u(rng));
     m.h0 = 1e4 * u(rng), m.heading = kPi * u(rng);
     all(make_earth_model(m.ell, lon), m.at(0).state, "random");
+  }
+}
+
+// polar.md 1, polar.md 1.2: the frames' axes differ by sigma, whose two formulas agree; velocity and
+// heading turn by it; the grid is the transverse frame turned by 90 degrees.
+TEST(StrapdownLaws, AngleToGeographicNorth) {
+  std::mt19937_64 rng(31);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (int i = 0; i < 500; ++i) {
+    const double lat = 89.9 * deg * u(rng), lon = kPi * u(rng), lon0 = kPi * u(rng);
+    const double D = lon - lon0, sl = std::sin(lat), cl = std::cos(lat);
+    const double sp = cl * std::sin(D), p = std::asin(sp), cp = std::cos(p);
+    if (std::fabs(p) > 80 * deg) continue;
+    const double l = std::atan2(cl * std::cos(D), sl);
+    const double s = std::cos(D) / cp, c = -sl * std::sin(D) / cp;
+    EXPECT_NEAR(s, std::sin(l) / cl, 1e-12 / cl);
+    EXPECT_NEAR(c, -sp * std::cos(l) / cl, 1e-12 / cl);
+    auto m = truth::great_circle(wgs84(), lat, lon, kPi * u(rng), 20);
+    m.heading = kPi * u(rng);
+    const auto earth = make_earth_model(m.ell, lon0);
+    const auto e = m.at(0).state;
+    const auto g = GeographicMechanization::from_ecef(earth, e);
+    const auto t = TransverseMechanization::from_ecef(earth, e);
+    const auto G = GridMechanization::from_ecef(earth, e);
+    EXPECT_NEAR(t.position.tlat.s, sp, 1e-13);
+    EXPECT_NEAR(t.position.tlon.s, std::sin(l), 1e-12);
+    EXPECT_NEAR(g.v.x, t.v.x * c + t.v.y * s, 1e-10);
+    EXPECT_NEAR(g.v.y, -t.v.x * s + t.v.y * c, 1e-10);
+    EXPECT_NEAR(G.v.x, t.v.y, 1e-12);
+    EXPECT_NEAR(G.v.y, -t.v.x, 1e-12);
+    const double psi = to_euler(to_matrix(g.q_nb)).heading,
+                 psi_t = to_euler(to_matrix(t.q_nb)).heading,
+                 psi_G = to_euler(to_matrix(G.q_nb)).heading;
+    EXPECT_NEAR(std::remainder(psi - psi_t - std::atan2(s, c), 2 * kPi), 0, 1e-11);
+    EXPECT_NEAR(std::remainder(psi_G - psi_t - 90 * deg, 2 * kPi), 0, 1e-13);
   }
 }
 
