@@ -220,7 +220,7 @@ TEST(InertialProgram, SigmaAndRateOfTheHeightsCount) {
     spec.more =
         "[height]\nfile = \"height.csv\"\ncolumns = { time = \"t_s\", height = \"h_m\", rate "
         "= \"vu_mps\" }\nerrors = { height = \"" +
-        std::string(k == 0 ? "0.1 m" : "2 m") + "\" }\n";
+        std::string(k == 0 ? "0.1 m" : "1 m") + "\" }\n";
     const fs::path folder = write_drive("inertial_height_std", m, 2400, spec);
     std::ofstream heights(folder / "height.csv");
     heights << "t_s,h_m,vu_mps\n";
@@ -239,7 +239,7 @@ TEST(InertialProgram, SigmaAndRateOfTheHeightsCount) {
   }
   // (11 std^2 interval/noise^2)^(1/4), noise 0.05/60 m/s/sqrt(s)
   EXPECT_NEAR(tau[0], std::pow(11 * 0.01 * 4 / std::pow(0.05 / 60, 2), 0.25), 1e-6);
-  EXPECT_NEAR(tau[1], std::pow(11 * 4.0 * 4 / std::pow(0.05 / 60, 2), 0.25), 1e-6);
+  EXPECT_NEAR(tau[1], std::pow(11 * 1.0 * 4 / std::pow(0.05 / 60, 2), 0.25), 1e-6);
   EXPECT_LT(error[0], error[1]);
 }
 
