@@ -89,12 +89,12 @@ report::Page page_of(const Drive& drive, const PolarTrialResult& r,
                    {"difference 95 %", "m"},  {"physics 95 %", "m"},
                    {"rest 95 %", "m"},        {"conversion 50 %", "m"},
                    {"mechanization max", "m"}};
-  const auto short_number = [](double x) { return Cell(fmt::format("{:.3g}", x)); };
+  const auto short_number = [](double x) { return Cell(fmt::format("{:.4g}", x)); };
   for (const Summary& s : windows) {
     Row row;
-    for (const double x : {s.length, static_cast<double>(s.starts), s.home.p50, s.home.p95,
-                           s.pole.p50, s.pole.p95, s.difference.p95, s.physics.p95, s.left.p95,
-                           s.conversion.p50, s.mechanization.max})
+    for (const double x :
+         {s.length, static_cast<double>(s.starts), s.home.p50, s.home.p95, s.pole.p50, s.pole.p95,
+          s.difference.p95, s.physics.p95, s.left.p95, s.conversion.p50, s.mechanization.max})
       row.cells.push_back(short_number(x));
     table.rows.push_back(std::move(row));
   }
@@ -103,6 +103,11 @@ report::Page page_of(const Drive& drive, const PolarTrialResult& r,
   page.sections.push_back(std::move(found));
 
   Section places{.title = "Both voyages"};
+  places.blocks.push_back(
+      Map{.title = "On the Earth",
+          .caption = "The voyage at home and where the move brings it.",
+          .tracks = {Track{.name = "at the pole", .lat = r.pole_lat, .lon = r.pole_lon, .t = r.t},
+                     Track{.name = "at home", .lat = r.home_lat, .lon = r.home_lon, .t = r.t}}});
   places.blocks.push_back(Map{
       .title = "At the pole",
       .caption = "The moved voyage; the same shape, turned with its frame.",

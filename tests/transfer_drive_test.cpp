@@ -349,6 +349,25 @@ TEST(TransferDrive, BadInputIsRefused) {
   write(drive + "/drive.toml", toml.substr(0, toml.find("[reference]")));
   refused(good, 3, "no [reference]");
   write(drive + "/drive.toml", toml);
+  {  // One row beyond the pole.
+    std::istringstream lines(reference);
+    std::string text;
+    long n = 0;
+    for (std::string line; std::getline(lines, line); text += line + "\n")
+      if (line[0] != '#' && line[0] != 't' && ++n == 50) {
+        const auto a = line.find(','), b = line.find(',', a + 1);
+        line.replace(a + 1, b - a - 1, "95");
+      }
+    write(drive + "/reference.csv", text);
+  }
+  refused(good, 3, "within -90 to 90 deg, found 95");
+  write(drive + "/reference.csv", reference);
+  std::string loose = toml;
+  loose.erase(loose.find("mounting ="),
+              loose.find('\n', loose.find("mounting =")) - loose.find("mounting ="));
+  write(drive + "/drive.toml", loose);
+  refused(good, 3, "mounting = { heading");
+  write(drive + "/drive.toml", toml);
   refused("--angle 41.8 --meridian 11.5deg", 2, "--angle");
   refused("--angle 400deg --meridian 11.5deg", 2, "within -360 to 360");
   refused("--meridian 11.5deg", 2, "--angle");

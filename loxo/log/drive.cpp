@@ -203,6 +203,7 @@ void read_odometer_section(Drive& d, const TomlTable& t) {
     for (std::size_t i = 0; i < 3; ++i) d.odometer_lever[i] = (*lever)[i];
   }
   if (const auto m = t.get_table("mounting")) {
+    d.odometer_mounting_given = true;
     d.odometer_mounting_heading = m->get_quantity("heading", kAngle).value_or(0.0);
     d.odometer_mounting_pitch = m->get_quantity("pitch", kAngle).value_or(0.0);
   }

@@ -95,6 +95,7 @@ struct Drive {
   double odometer_wrap = kNone;          // counts at which a counter starts again at 0
   double odometer_lever[3]{};            // m, RFU
   bool odometer_lever_given = false;
+  bool odometer_mounting_given = false;
   double odometer_mounting_heading = 0, odometer_mounting_pitch = 0;  // rad
   double wheel_base = kNone;   // m, where columns.steering is given
   double steering_offset = 0;  // rad, clockwise: what it shows straight ahead

@@ -75,6 +75,8 @@ std::string sections(const Scenario& s) {
                            number_text(o.metres_per_pulse))
                      : "\n[odometer]\nfile = \"odometer.csv\"\nkind = "
                        "\"distance\"\ncolumns = { time = \"t_s\", value = \"ds_m\" }\n";
+    // The angles in use until calibrated; what they really are is what a calibration finds.
+    toml += "mounting = { heading = \"0 deg\", pitch = \"0 deg\" }\n";
     if (o.declared && o.delay > 0) toml += fmt::format("delay = \"{} s\"\n", number_text(o.delay));
     if (o.declared && dot(o.lever, o.lever) > 0)
       toml += "lever_arm = " + vector_of(o.lever, "m") + "\n";

@@ -333,6 +333,19 @@ ReferenceEpochs reference_epochs(const Drive& drive, Diagnostics& diagnostics) {
   ReferenceEpochs out;
   std::vector<double> steps;
   for (const SolutionRow& row : read_reference(drive, diagnostics).rows) {
+    if (std::fabs(row.lat) > 0.5 * kPi + 1e-12)
+      throw Error(ErrorKind::kInput,
+                  fmt::format("expected a latitude within -90 to 90 deg, found {} at {} s",
+                              number_text(row.lat / deg), number_text(row.t)),
+                  drive.reference.file);
+    const auto place = to_ecef(
+        drive.ellipsoid, Geodetic<double>{row.lat, row.lon, std::isfinite(row.h) ? row.h : 0});
+    const double apart = norm(place - Point<Ecef, double>{row.x, row.y, row.z});
+    if (apart > 1.0)
+      throw Error(ErrorKind::kInput,
+                  fmt::format("latitude and longitude stand {:.3g} m from x, y, z at {} s", apart,
+                              number_text(row.t)),
+                  drive.reference.file);
     out.epochs.push_back(reference_epoch(row, drive.reference.file));
     if (out.epochs.size() > 1) steps.push_back(row.t - out.epochs[out.epochs.size() - 2].t);
   }
@@ -371,6 +384,12 @@ TransferResult transfer_drive(const Drive& drive, const TransferSettings& settin
                               const std::string& folder, Diagnostics& diagnostics,
                               const std::function<void(double)>& progress) {
   const PolarMove& move = settings.move;
+  if (drive.odometer.present && !drive.odometer_mounting_given)
+    throw Error(ErrorKind::kInput,
+                "missing; the wheel's distance is moved along its own direction: expected mounting "
+                "= { heading = \"0 deg\", pitch = \"0 deg\" } with the angles in use (on the "
+                "command line: --set 'odometer.mounting.heading=\"0 deg\"')",
+                drive.odometer.where + ".mounting");
   const ReferenceEpochs reference = reference_epochs(drive, diagnostics);
   TransferResult out;
   MovedTrack track(move);
