@@ -374,7 +374,7 @@ TEST(TransferDrive, BadInputIsRefused) {
   refused(good + " --keep shape", 2, "path or velocity");
   refused(good + " --earth sphere", 2, "4.6e-4");
   // A ship on the equator 85 deg from the meridian: within 10 deg of the transverse pole.
-  const std::string south = scratch_folder() + "/equator";
+  const std::string south = scratch_folder() + "/transverse_pole";
   ASSERT_EQ(run("simulate city-drive --quiet -o " + south +
                 " --set imu.rate=20Hz --set start.lat_deg=0 --set start.lon_deg=85")
                 .exit_code,
