@@ -8,6 +8,7 @@
 #include "loxo/log/solution_file.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
+#include "loxo/study/consistency.hpp"
 #include "loxo/study/filter_drive.hpp"
 #include "loxo/study/reckon_drive.hpp"
 #include "loxo/text/csv.hpp"
@@ -90,13 +91,29 @@ Json json_of(const FilterResult& r, const NavigateOptions& o, const Diagnostics&
     c[e.name + "_std"] = e.std;
   }
   Json& s = j["innovations"] = Json::object();
-  for (const SensorReport& e : r.sensors)
+  for (const SensorReport& e : r.sensors) {
+    // Of the mean of so many white innovations, 95 %.
+    const Band band = chi_square_band(
+        1, static_cast<double>(e.count.used + e.count.deweighted + e.count.rejected));
     s[e.name] = {{"used", e.count.used},
                  {"deweighted", e.count.deweighted},
                  {"rejected", e.count.rejected},
                  {"nis_mean", e.count.nis_mean()},
+                 {"nis_low", band.low},
+                 {"nis_high", band.high},
                  {"nis_above_95", e.count.above_95_share()},
                  {"lag_one", e.count.lag_one()}};
+  }
+  Json& n = j["innovation_history"] = Json::object();
+  n["t_s"] = Json::array();
+  for (const InnovationRow& e : r.innovations) n["t_s"].push_back(e.t);
+  for (const SensorReport& e : r.sensors)
+    for (std::size_t i = 0; i < static_cast<std::size_t>(Sensor::kCount); ++i) {
+      if (e.name != sensor_name(static_cast<Sensor>(i))) continue;
+      Json& values = n[e.name] = Json::array();
+      for (const InnovationRow& row : r.innovations)
+        values.push_back(row.nis[i] == row.nis[i] ? Json(row.nis[i]) : Json(nullptr));
+    }
   Json& g = j["segments"] = Json::array();
   for (const SegmentRow& e : r.segments)
     g.push_back({{"begin_s", e.begin}, {"end_s", e.end}, {"trusted", e.trusted}, {"why", e.why}});
@@ -108,8 +125,10 @@ Json json_of(const FilterResult& r, const NavigateOptions& o, const Diagnostics&
                  {"eps_deg", e.eps_h / deg},
                  {"eps_std_deg", e.eps_h_std / deg},
                  {"pitch_mounting_deg", e.eps_p / deg},
+                 {"pitch_mounting_std_deg", e.eps_p_std / deg},
                  {"delay_s", e.tau},
-                 {"gyro_bias_up_deg_h", e.bg_up / deg_per_h}});
+                 {"gyro_bias_up_deg_h", e.bg_up / deg_per_h},
+                 {"gyro_bias_up_std_deg_h", e.bg_up_std / deg_per_h}});
   j["events"] = {{"gaps", r.events.gaps},
                  {"long_gaps", r.events.long_gaps},
                  {"standing_s", r.events.standing},

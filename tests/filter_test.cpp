@@ -132,6 +132,11 @@ TEST(Filter, FindsScaleAndMountingOnASmallDrive) {
     EXPECT_LT(ks, 5e-3);
     EXPECT_NEAR(e, 1.0, 4 * es);
     EXPECT_GT(rows_of(r.solution), 1000u);
+    const Json& odometer = j["innovations"]["odometer"];
+    EXPECT_LT(static_cast<double>(odometer["nis_low"]), 1.0);
+    EXPECT_GT(static_cast<double>(odometer["nis_high"]), 1.0);
+    EXPECT_EQ(j["innovation_history"]["t_s"].size(), j["innovation_history"]["odometer"].size());
+    EXPECT_GT(j["innovation_history"]["t_s"].size(), 10u);
   }
   const Ran s = navigate(d, "segmented", "--json");
   ASSERT_EQ(s.result.exit_code, 0) << s.result.err;

@@ -108,7 +108,7 @@ struct SegmentedNavigator::Impl {
   double se = 0, sn = 0, length = 0, distance = 0;
   std::vector<std::array<double, 2>> stored;  // one (SE, SN) a second of phase 1
   double k = 1, mu = 0;
-  bool switched = false;
+  bool switched = false, set_off = false;
   double total_e = 0, total_n = 0;
   // Filters
   V4 x4 = V4::Zero();
@@ -236,7 +236,13 @@ struct SegmentedNavigator::Impl {
   void epoch_end(double now) {
     const double T = now - last_epoch;
     last_epoch = now;
-    if (distance == 0) {
+    // No pulse yet is no rest: a wheel of coarse pulses turns unseen while the vehicle sets off,
+    // and the INS must not be held then. From zero, a second of rest shows no more than bias, level
+    // and noise at five sigma.
+    const double unseen =
+        5.0 * ((c.accel_bias + 9.8 * c.level_std) * T + c.accel_noise * std::sqrt(T) + 1e-4);
+    if (distance == 0 && !(norm(v) < unseen)) set_off = true;
+    if (distance == 0 && !set_off) {
       // Still at rest: both wait for each other, the clock of phase 1 has not begun. Velocity and
       // position are known here.
       v = {};

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "loxo/report/analysis_sections.hpp"
+#include "loxo/report/filter_section.hpp"
 #include "loxo/report/page_html.hpp"
 
 namespace loxo::report {
@@ -794,6 +795,7 @@ Section allan_section(const Json& json, const std::string& name) {
 }
 
 Section result_section(const Json& json, const std::string& name) {
+  if (is_filter_result(json)) return filter_section(json, name);
   switch (kind_of(json)) {
     case ResultKind::kCertificate:
       return certificate_section(json, name);

@@ -158,6 +158,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
                         : 0;
   double next_history = t_start, next_progress = t_start, last_good = kNone;
   std::uint32_t carried = 0;
+  std::array<std::pair<long, double>, static_cast<std::size_t>(Sensor::kCount)> nis_before{};
   std::string trusted, why;
   double segment_begin = t_start, last_fix_used = -1e300;
   long fixes_seen = 0;
@@ -221,6 +222,16 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
       out.history.push_back({nav.t(), s.scale, sd(kScale), s.eps_h, sd(kEpsH), s.eps_p, sd(kEpsP),
                              s.tau, s.bg.z, sd(kBg + 2)});
       next_history += 10.0;
+      InnovationRow n;
+      n.t = nav.t();
+      for (std::size_t i = 0; i < n.nis.size(); ++i) {
+        const InnovationCount& c = nav.innovations(static_cast<Sensor>(i));
+        const long count = c.used + c.deweighted + c.rejected - nis_before[i].first;
+        n.nis[i] =
+            count > 0 ? (c.nis_sum - nis_before[i].second) / static_cast<double>(count) : kNone;
+        nis_before[i] = {nis_before[i].first + count, c.nis_sum};
+      }
+      if (out.history.size() > 1) out.innovations.push_back(n);
       std::string now, reason;
       if (nav.standing() == Standing::kStanding)
         now = "standing", reason = "IMU, wheel and filter agree";

@@ -66,6 +66,11 @@ struct ConstantsRow {
   double t = 0, k = 0, k_std = 0, eps_h = 0, eps_h_std = 0, eps_p = 0, eps_p_std = 0, tau = 0,
          bg_up = 0, bg_up_std = 0;
 };
+// Mean of y^2/S of each sensor over the stretch that ends at t; kNone where it said nothing.
+struct InnovationRow {
+  double t = 0;
+  std::array<double, static_cast<std::size_t>(Sensor::kCount)> nis{};
+};
 // Which source held the solution over a stretch, and why.
 struct SegmentRow {
   double begin = 0, end = 0;
@@ -78,6 +83,7 @@ struct FilterResult {
   std::vector<Estimated> constants;
   std::vector<SensorReport> sensors;
   std::vector<ConstantsRow> history;
+  std::vector<InnovationRow> innovations;  // every 10 s
   std::vector<SegmentRow> segments;
   Navigator::Events events;
   long imu_samples = 0, rows = 0;
