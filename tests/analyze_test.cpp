@@ -212,8 +212,8 @@ TEST(AllanRealData, Adis16405CountsMeetTheReadme) {
     if (r.at_10ms > 0) {
       EXPECT_NEAR(at(0.01), r.at_10ms, 1e-5) << r.axis;
     }
-    // Between 0.96 s and 1.28 s; the accelerometers' curve bends there by a slope of 1 (log 1.33 * 1
-    // / 8 = 4 % at most, half of it near an end).
+    // Between 0.96 s and 1.28 s; the accelerometers' curve bends there by a slope of 1 (log 1.33 *
+    // 1 / 8 = 4 % at most, half of it near an end).
     EXPECT_NEAR(at(1.0), r.at_1s, 0.02 * r.at_1s) << r.axis;
     // 100 windows: windows stepped by a 64th and interpolation, against every window at 100 s.
     EXPECT_NEAR(at(100.0), r.at_100s, 0.03 * r.at_100s) << r.axis;

@@ -76,9 +76,9 @@ TEST(GaussPaper, KrassovskyConstants) {
   }
 }
 
-// (V-22), (V-23), (V-24) at 3 deg from the meridian, 40 deg. What vehicle.md 3.1 calls truncation of the print,
-// 0.063 m and 0.040 m, is the arc's constants C1, C2 as printed and C3 dropped in x, and the
-// missing fifth-order term in y.
+// (V-22), (V-23), (V-24) at 3 deg from the meridian, 40 deg. What vehicle.md 3.1 calls truncation
+// of the print, 0.063 m and 0.040 m, is the arc's constants C1, C2 as printed and C3 dropped in x,
+// and the missing fifth-order term in y.
 TEST(GaussPaper, TruncationAtThreeDegrees) {
   const auto p = gauss_forward_paper(krassovsky(), 40 * deg, 3 * deg, 0.0);
   const auto x = gauss_forward(krassovsky(), 40 * deg, 3 * deg, 0.0);

@@ -208,8 +208,8 @@ TEST(StrapdownLaws, HandoverRoundTrip) {
   }
 }
 
-// polar.md 1, polar.md 1.2: the frames' axes differ by sigma, whose two formulas agree; velocity and
-// heading turn by it; the grid is the transverse frame turned by 90 degrees.
+// polar.md 1, polar.md 1.2: the frames' axes differ by sigma, whose two formulas agree; velocity
+// and heading turn by it; the grid is the transverse frame turned by 90 degrees.
 TEST(StrapdownLaws, AngleToGeographicNorth) {
   std::mt19937_64 rng(31);
   std::uniform_real_distribution<double> u(-1, 1);

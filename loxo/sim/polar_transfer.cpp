@@ -36,8 +36,8 @@ Place<S> place(const Ellipsoid& earth, S tlat, S tlon, S h) {
   return place(earth, sp, cp, sl, cl, h);
 }
 
-// sin and cos of x + d from those of x for a small d: its series to d^6/720, which is below rounding
-// for d < 3e-3.
+// sin and cos of x + d from those of x for a small d: its series to d^6/720, which is below
+// rounding for d < 3e-3.
 template <Real S>
 struct Sines {
   S s, c;

@@ -154,7 +154,7 @@ double* part(Reference& r, int i) {
   return v[i];
 }
 
-TEST(PolarUnits, AMovedRecordPerformsAsTheVoyageAtThePoleItself) {  // 7, and the proof
+TEST(PolarUnits, AMovedRecordPerformsAsTheVoyageAtThePoleItself) {  // polar.md 7
 
   const int units = 100;
   const Test100Units test(59 * deg);

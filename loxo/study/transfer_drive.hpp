@@ -12,7 +12,7 @@ namespace loxo {
 
 struct TransferSettings {
   PolarMove move;
-  bool binary = false;  // imu.h5 and reference.h5 instead of .csv
+  bool binary = false;     // imu.h5 and reference.h5 instead of .csv
   bool trim = false;       // leave out what the reference does not cover
   std::string angle_text;  // as the user wrote them, for the name of the moved drive
   std::string meridian_text;
