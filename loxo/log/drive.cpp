@@ -9,6 +9,7 @@
 
 #include "loxo/log/channel.hpp"
 #include "loxo/log/hdf5_file.hpp"
+#include "loxo/log/table.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/text/gzip.hpp"
@@ -131,15 +132,32 @@ ChannelFile read_section(const Drive& drive, const TomlTable& t, const std::stri
   return file;
 }
 
+// What the format of a section's file fixes; nothing where it is a plain table, or not there.
+TableConvention fixed_by_format(const Drive& d, const TomlTable& t, const std::string& section) {
+  try {
+    TableConvention c = d.folder.empty()
+                            ? convention_of(d.path, section)
+                            : convention_of(resolve_path(t.need_string("file"), d.folder),
+                                            t.get_string("table").value_or(""));
+    if (c.section == section) return c;
+  } catch (const Error&) {  // told when the section is read
+  }
+  return {};
+}
+
 void read_imu(Drive& d, const TomlTable& t) {
-  d.imu_kind = one_of(t, "kind", {"rate", "increment"}, "rate");
-  d.imu_stamp = one_of(t, "stamp", {"end", "middle", "instant"}, "end");
+  const TableConvention fixed = fixed_by_format(d, t, "imu");
+  const auto otherwise = [](const std::string& said, const char* usual) {
+    return said.empty() ? std::string(usual) : said;
+  };
+  d.imu_kind = one_of(t, "kind", {"rate", "increment"}, otherwise(fixed.kind, "rate"));
+  d.imu_stamp = one_of(t, "stamp", {"end", "middle", "instant"}, otherwise(fixed.stamp, "end"));
   if (d.imu_kind == "increment" && d.imu_stamp != "end") {
     refuse("increments are over (previous stamp, this stamp]: expected stamp = \"end\", found '" +
                d.imu_stamp + "'",
            t.where("stamp"));
   }
-  d.imu_axes = t.get_string("axes").value_or("RFU");
+  d.imu_axes = t.get_string("axes").value_or(otherwise(fixed.axes, "RFU"));
   axes_to_rfu(d.imu_axes, t.where("axes"));
   d.imu = read_section(d, t, "imu");
   if (const auto e = t.get_table("errors")) {

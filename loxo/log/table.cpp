@@ -3,14 +3,59 @@
 
 #include <algorithm>
 #include <charconv>
+#include <fstream>
 
+#include "loxo/log/foreign.hpp"
 #include "loxo/log/hdf5_file.hpp"
+#include "loxo/log/matlab_file.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/text/csv.hpp"
 #include "loxo/text/nearest.hpp"
 
 namespace loxo {
 namespace {
+
+enum class Kind { kH5, kMatlab, kOther };
+// MATLAB files of v7.3 are HDF5 as well, behind a block that says MATLAB.
+Kind kind_of(const std::string& path) {
+  if (path == "-") return Kind::kOther;
+  char head[16]{};
+  std::ifstream(path, std::ios::binary).read(head, sizeof head - 1);
+  const std::string_view text(head);
+  if (text.starts_with("MATLAB 5.0 MAT") || text.starts_with("MATLAB 7.3 MAT"))
+    return Kind::kMatlab;
+  return is_h5(path) ? Kind::kH5 : Kind::kOther;
+}
+
+// VectorNav's CSV as INSTINCT writes it: quantities by name, body axes forward-right-down.
+void vectornav(TableConvention& c, const std::vector<std::string>& header) {
+  const auto has = [&](const std::string& name) {
+    return std::find(header.begin(), header.end(), name) != header.end();
+  };
+  const std::string clock = "Time::TimeStartup [ns]";
+  if (!has(clock)) return;
+  const std::string gyro = "IMU::UncompGyro::", accel = "IMU::UncompAccel::";
+  const std::string place = "GNSS1::PosLla::", speed = "GNSS1::VelNed::";
+  if (has(gyro + "X [rad/s]") && has(accel + "X [m/s^2]")) {
+    c = {"VectorNav CSV", "imu", "rate", "end", "FRD", {{"time", {clock}}}};
+    for (const char* axis : {"X", "Y", "Z"}) {
+      c.columns["gyro"].push_back(gyro + axis + " [rad/s]");
+      c.columns["accel"].push_back(accel + axis + " [m/s^2]");
+    }
+  } else if (has(place + "latitude [deg]")) {
+    c = {"VectorNav CSV",
+         "fix",
+         "",
+         "",
+         "",
+         {{"time", {clock}},
+          {"lat", {place + "latitude [deg]"}},
+          {"lon", {place + "longitude [deg]"}},
+          {"height", {place + "altitude [m]"}}}};
+    if (has(speed + "E [m/s]"))
+      c.columns["ve"] = {speed + "E [m/s]"}, c.columns["vn"] = {speed + "N [m/s]"};
+  }
+}
 
 const std::string kBetween = " | ";  // names in a list of columns
 
@@ -21,6 +66,7 @@ class CsvTable : public Table {
     header_ = reader_.header();
     meta_ = reader_.meta();
     convention_.format = "CSV";
+    vectornav(convention_, header_);
     take_convention();
   }
   void select(const std::vector<std::string>& columns) override { reader_.select(columns); }
@@ -141,22 +187,36 @@ bool MemoryTable::next(std::span<double> row, Diagnostics&) {
 std::string MemoryTable::where() const { return path_ + ": row " + std::to_string(at_); }
 
 std::unique_ptr<Table> open_table(const std::string& path, const std::string& table) {
-  if (is_h5(path)) return open_h5_table(path, table);
+  switch (kind_of(path)) {
+    case Kind::kMatlab:
+      return open_mat_table(path, table);
+    case Kind::kH5:
+      return open_h5_table(path, table);
+    case Kind::kOther:
+      break;
+  }
+  if (const auto foreign = foreign_format(path)) return open_foreign(path, *foreign, table);
   if (!table.empty())
     throw Error(ErrorKind::kInput, "a CSV file is one table; it has no '" + table + "'", path);
   return std::make_unique<CsvTable>(path);
 }
 
 std::vector<std::string> tables_of(const std::string& path) {
-  if (is_h5(path)) return h5_tables(path);
+  switch (kind_of(path)) {
+    case Kind::kMatlab:
+      return mat_tables(path);
+    case Kind::kH5:
+      return h5_tables(path);
+    case Kind::kOther:
+      break;
+  }
+  if (foreign_format(path) == Foreign::kNmea) return nmea_tables(path);
   return {""};
 }
 
 TableConvention convention_of(const std::string& path, const std::string& table) {
-  if (is_h5(path)) return open_h5_table(path, table)->convention();
-  TableConvention csv;
-  csv.format = "CSV";
-  return csv;
+  if (kind_of(path) == Kind::kMatlab) return {"MATLAB", "", "", "", "", {}};
+  return open_table(path, table)->convention();
 }
 
 }  // namespace loxo

@@ -252,7 +252,15 @@ struct CsvReader::Impl {
     chosen = header.size();
   }
 
-  void choose_delimiter(std::string_view text) {
+  void choose_delimiter(std::string_view line) {
+    std::string text;  // outside of quotes
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"')
+        quoted = !quoted;
+      else if (!quoted)
+        text += c;
+    }
     if (text.find(',') != std::string_view::npos) return;
     if (text.find(';') != std::string_view::npos) {
       delimiter = ';';
