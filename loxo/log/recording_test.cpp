@@ -192,13 +192,18 @@ TEST(Recording, WheelIns) {
   EXPECT_EQ(ref.rows.size(), 2704u);
   EXPECT_NEAR(path(ref.rows), 12198.10, 12198.10 * kPlane);
   // Seconds with a path speed above 1 m/s, the odometer in their middle; then in five equal parts.
+  // The columns as they stand, without what the drive takes out.
+  const auto odometer = read("wheelins_car/odo.csv", {"t_s", "v_mps"});
+  const auto place = read("wheelins_car/reference.csv", {"t_s", "lat_deg", "lon_deg"});
   std::vector<double> way, wheel;
-  for (std::size_t i = 1; i < ref.rows.size(); ++i) {
-    const double ds = path({ref.rows[i - 1], ref.rows[i]});
-    const double t = 0.5 * (ref.rows[i - 1].t + ref.rows[i].t);
-    if (ds < 1.0 || t < odo.front().t || t > odo.back().t) continue;
+  for (std::size_t i = 1; i < place[0].size(); ++i) {
+    SolutionRow from, to;
+    from.lat = place[1][i - 1] * deg, from.lon = place[2][i - 1] * deg;
+    to.lat = place[1][i] * deg, to.lon = place[2][i] * deg;
+    const double ds = path({from, to}), t = 0.5 * (place[0][i - 1] + place[0][i]);
+    if (ds < 1.0 || t < odometer[0].front() || t > odometer[0].back()) continue;
     way.push_back(ds);
-    wheel.push_back(std::fabs(linear(odo, t)));
+    wheel.push_back(std::fabs(linear(odometer[0], odometer[1], t)));
   }
   const auto ratio = [&](std::size_t from, std::size_t to) {
     double a = 0, b = 0;
@@ -545,7 +550,7 @@ TEST(Recording, EveryExampleReads) {
         EXPECT_GT(read_velocities(drive, d).size(), 0u);
       }
       if (drive.heading.present) {
-        EXPECT_GT(read_headings(drive, d).size(), 0u);
+        EXPECT_GT(read_heading_log(drive, d).size(), 0u);
       }
       if (drive.reference.present) {
         EXPECT_GT(read_reference(drive, d).rows.size(), 0u);
