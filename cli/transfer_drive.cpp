@@ -28,10 +28,9 @@ PolarMove polar_move(const Drive& drive, const TransferOptions& o) {
                     "0.7 % of the speed and 4.6e-4 m/s^2 "
                     "in turns; use --earth ellipsoid with --keep path or velocity",
                 "--earth");
-  const PolarMove move{drive.ellipsoid,
-                       option_quantity(o.meridian, Dimension::kAngle, "--meridian"),
-                       option_quantity(o.angle, Dimension::kAngle, "--angle"),
-                       o.keep == "velocity" ? Keep::kVelocity : Keep::kPath};
+  PolarMove move{drive.ellipsoid, option_quantity(o.meridian, Dimension::kAngle, "--meridian"),
+                 option_quantity(o.angle, Dimension::kAngle, "--angle"),
+                 o.keep == "velocity" ? Keep::kVelocity : Keep::kPath};
   if (std::fabs(move.angle) > 2 * kPi)
     throw Error(ErrorKind::kUsage, "expected an angle within -360 to 360 deg", "--angle");
   if (std::fabs(move.lon0) > 2 * kPi)

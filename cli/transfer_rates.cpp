@@ -72,7 +72,7 @@ int transfer_rates(const Globals& globals, const TransferOptions& o) {
       // The velocity that keeps the path changes at another rate: that needs the recorded force.
       job.inputs.insert(job.inputs.end(), {"fx_mps2", "fy_mps2", "fz_mps2"});
       job.row = [earth, point](std::span<const double> in, std::span<double> out) {
-        const std::string bad = bad_place(in[0], in[1], in[2]);
+        std::string bad = bad_place(in[0], in[1], in[2]);
         if (!bad.empty()) return bad;
         const TransferPoint p = point(in);
         const TransverseState<double> home{
@@ -99,7 +99,7 @@ int transfer_rates(const Globals& globals, const TransferOptions& o) {
         for (const char* axis : kAxes) job.outputs.push_back(std::string("dd") + axis + suffix);
     }
     job.row = [earth, point, errors](std::span<const double> in, std::span<double> out) {
-      const std::string bad = bad_place(in[0], in[1], in[2]);
+      std::string bad = bad_place(in[0], in[1], in[2]);
       if (!bad.empty()) return bad;
       TransferPoint p = point(in);
       p.g = in[8];

@@ -299,7 +299,7 @@ TEST(StrapdownLaws, OverThePoleOnTheSphere) {
 // 600 (v T/d)^2 m; ours may be better, never twice as bad, and `nearness` foretells it.
 double past_the_pole(double distance, double dt, double* foretold) {
   constexpr double kBefore = 300, kAfter = 73 * 60;
-  const auto ell = wgs84();
+  const auto& ell = wgs84();
   auto m = truth::great_circle(ell, 90 * deg - distance * ell.b / (ell.a * ell.a), 25 * deg,
                                90 * deg, 10);
   m.arc0 = -kBefore * m.rate;

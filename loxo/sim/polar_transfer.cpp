@@ -104,7 +104,8 @@ Conversion<S> convert_same_velocity(const TransverseRates<S>& home, const Transv
 template <Real S>
 MovedByPath<S> move_path(const PolarMove& move, const TransverseState<S>& home,
                          const Vec<Body, S>& f) {
-  const auto [p, l, m] = Turned<S>(move, home);
+  const Turned<S> lines(move, home);
+  const Sines<S>&p = lines.p, &l = lines.l, &m = lines.m;
   const Place<S> at = place(move.earth, p.s, p.c, l.s, l.c, home.h);
   const Place<S> to = place(move.earth, p.s, p.c, m.s, m.c, home.h);
   MovedByPath<S> r;

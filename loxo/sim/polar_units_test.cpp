@@ -202,8 +202,8 @@ TEST(PolarUnits, AMovedRecordPerformsAsTheVoyageAtThePoleItself) {  // polar.md 
     Reference e;
     Reference sigma = kSigma;
     for (int i = 0; i < 12; ++i)
-      *part(unit, i) = z[static_cast<std::size_t>(6 + i)] * (i < 6 ? kScale : kTilt);
-    for (int i = 0; i < 5; ++i) *part(e, i) = z[static_cast<std::size_t>(18 + i)] * *part(sigma, i);
+      *part(unit, i) = z[static_cast<std::size_t>(i) + 6] * (i < 6 ? kScale : kTilt);
+    for (int i = 0; i < 5; ++i) *part(e, i) = z[static_cast<std::size_t>(i) + 18] * *part(sigma, i);
     const auto a = test.navigated(test.moved(test.sensed(test.home_log(), unit), e));
     const auto b = test.navigated(test.sensed(test.polar_log(), unit));
     const auto d = test.difference(a, b), error = test.difference(b, test.truth_end());
