@@ -88,12 +88,13 @@ Means run(const RouteTruth& route, const VehicleErrors& e, int runs, std::uint64
   return out;
 }
 
-// Share of epochs whose mean lies inside the 95 % band.
-double inside(const Means& m, double Nees::*what, double dof, int runs) {
+// Share of epochs up to a time whose mean lies inside the 95 % band.
+double inside(const Means& m, double Nees::*what, double dof, int runs, double until) {
   const Band band = chi_square_band(dof, runs);
-  int n = 0;
-  for (const Nees& x : m.mean) n += x.*what > band.low && x.*what < band.high;
-  return n / static_cast<double>(m.mean.size());
+  int n = 0, all = 0;
+  for (std::size_t i = 0; i < m.mean.size() && m.t[i] < until + 0.1; ++i, ++all)
+    n += m.mean[i].*what > band.low && m.mean[i].*what < band.high;
+  return n / static_cast<double>(all);
 }
 double overall(const Means& m, double Nees::*what) {
   double sum = 0;
@@ -101,19 +102,33 @@ double overall(const Means& m, double Nees::*what) {
   return sum;
 }
 
+// What each route is held to. 93 % of epochs inside is asked everywhere up to 400 s; after that the
+// scale's error drifts where the road stays straight (docs/navigate-filter.md), and the shares over
+// all 660 s are a known shortfall, written here as measured (84, 73; 89, 75 %; k 1.7) less a few
+// epochs, so that it cannot grow unseen. An improvement raises them.
+constexpr double kWanted = 0.93, kWantedUntil = 400;
+struct Held {
+  const char* route;
+  double nine, fifteen;  // share of epochs inside, whole length
+  double k2;             // the scale's mean square at the end, in sigmas; 0: its band
+};
+constexpr Held kHeld[] = {
+    {"straight", 0.80, 0.69, 2.0}, {"mixed", kWanted, kWanted, 0}, {"closed", 0.85, 0.71, 0}};
+
 // The defaults of the program, its robust weights too. [EST-3] to [EST-12], [EST-14]
 TEST(FilterConsistency, NeesIsInItsBandOnEveryRoute) {
   const bool all = std::getenv("LOXO_LONG") != nullptr;
   const char* given = std::getenv("LOXO_TEST_SEED");
   const std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 1;
   const int runs = all ? 200 : 20;
-  const double length = all ? 400 : 120;
+  const double length = all ? 660 : 120;
   std::printf("seed %llu, %d runs a route, %.0f s\n", static_cast<unsigned long long>(seed), runs,
               length);
   for (const bool fixes : {false, true}) {
     VehicleErrors e = tactical();
     if (fixes) e.fix_every = 30;
-    for (const char* name : {"straight", "mixed", "closed"}) {
+    for (const Held& held : kHeld) {
+      const char* name = held.route;
       const std::string route = name;
       if (fixes && route != "mixed") continue;
       if (!all && route == "closed") continue;  // its first turn comes later
@@ -128,23 +143,27 @@ TEST(FilterConsistency, NeesIsInItsBandOnEveryRoute) {
            {Block{"attitude", &Nees::attitude, 3}, Block{"velocity", &Nees::velocity, 3},
             Block{"position", &Nees::position, 3}, Block{"nine", &Nees::nine, 9},
             Block{"fifteen", &Nees::fifteen, 15}}) {
-        const double mean = overall(m, b.what), share = inside(m, b.what, b.dof, runs);
-        std::printf("  %s %.2f (%.0f %%)", b.name, mean, 100 * share);
+        const double mean = overall(m, b.what), share = inside(m, b.what, b.dof, runs, length),
+                     early = inside(m, b.what, b.dof, runs, kWantedUntil);
+        std::printf("  %s %.2f (%.0f, %.0f %%)", b.name, mean, 100 * early, 100 * share);
         // A run's constants are common to its epochs: the mean over all of them scatters at most as
         // one epoch's does. A band that a true covariance leaves once in 10^6 draws.
         const Band band = chi_square_band(b.dof, runs, 1 - 1e-6);
         EXPECT_GT(mean, band.low) << name << ' ' << b.name;
         EXPECT_LT(mean, band.high) << name << ' ' << b.name;
         if (all && b.dof > 3) {
-          EXPECT_GE(share, 0.93) << name << ' ' << b.name;
+          EXPECT_GE(early, kWanted) << name << ' ' << b.name;
+          EXPECT_GE(share, b.dof > 9 ? held.fifteen : held.nine) << name << ' ' << b.name;
         }
       }
       std::printf("  k %.2f eps %.2f tau %.2f lever %.2f\n", m.k2, m.eps2, m.tau2, m.lever2);
       const Band one = chi_square_band(1, runs, 1 - 1e-6);
-      for (double x : {m.k2, m.eps2, m.tau2, m.lever2}) {
+      EXPECT_LT(m.k2, all && held.k2 > 0 ? held.k2 : one.high) << name;
+      for (double x : {m.eps2, m.tau2, m.lever2}) {
         EXPECT_GT(x, one.low) << name;
         EXPECT_LT(x, one.high) << name;
       }
+      EXPECT_GT(m.k2, one.low) << name;
     }
   }
 }
