@@ -6,6 +6,7 @@
 #include <oneapi/tbb/parallel_pipeline.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -168,6 +169,23 @@ void check_bits(const Campaign& c, const SegmentReader& reader, std::uint64_t bl
   }
 }
 
+// TBB runs the filters of a pipeline in an order that the thread sanitizer cannot see, as the
+// library itself is not instrumented: under it, and only there, the order is said aloud.
+class FilterOrder {
+#ifdef __SANITIZE_THREAD__
+ public:
+  void seen() const { static_cast<void>(count_.load(std::memory_order_acquire)); }
+  void done() { count_.fetch_add(1, std::memory_order_acq_rel); }
+
+ private:
+  std::atomic<unsigned> count_ = 0;
+#else
+ public:
+  void seen() const {}
+  void done() {}
+#endif
+};
+
 // Rank 0 tells the others through the folder that the stopping rule is satisfied.
 std::string enough_file(const std::string& store) { return parts_folder(store) + "/enough"; }
 
@@ -192,6 +210,7 @@ RunResult run_here(const Campaign& c, const RunOptions& options, const Ranks& ra
     bool last = false;
     std::vector<double> rows;
   };
+  FilterOrder order;
   std::uint64_t block = static_cast<std::uint64_t>(ranks.rank()), offset = 0;
   const bool rule = !c.stop.metric.empty();
   bool enough = disk != nullptr && disk->judge.stopped();
@@ -209,34 +228,46 @@ RunResult run_here(const Campaign& c, const RunOptions& options, const Ranks& ra
     if (enough && ranks.size() > 1) std::ofstream(enough_file(options.store)) << "yes\n";
   };
 
-  const auto feed = [&](oneapi::tbb::flow_control& flow) -> Piece {
-    Piece piece;
+  // As many pieces are under way as there are tokens, and they end in their order: the piece that
+  // used a slot before is kept when the slot comes round again.
+  std::vector<Piece> ring(4 * threads);
+  std::size_t fed = 0;
+  const auto feed = [&](oneapi::tbb::flow_control& flow) -> Piece* {
     if (offset == 0) {
       while (block < blocks && held[block] >= block_size(c, block))
         block += static_cast<std::uint64_t>(ranks.size());
       if (block >= blocks || enough || interrupted()) {
         flow.stop();
-        return piece;
+        order.done();
+        return nullptr;
       }
     } else if (interrupted()) {
       flow.stop();
-      return piece;
+      order.done();
+      return nullptr;
     }
     const std::uint64_t size = block_size(c, block);
+    Piece& piece = ring[fed++ % ring.size()];
     piece.block = block;
     piece.offset = offset;
     piece.count = std::min(grain, size - offset);
     offset += piece.count;
     piece.last = offset == size;
     if (piece.last) offset = 0, block += static_cast<std::uint64_t>(ranks.size());
+    order.done();
+    return &piece;
+  };
+  const auto work = [&](Piece* piece) -> Piece* {
+    order.seen();
+    piece->rows.resize(piece->count * width);
+    run_trials(c, piece->block * c.identity.block + piece->offset, piece->count,
+               piece->rows.data());
+    order.done();
     return piece;
   };
-  const auto work = [&](Piece piece) -> Piece {
-    piece.rows.resize(piece.count * width);
-    run_trials(c, piece.block * c.identity.block + piece.offset, piece.count, piece.rows.data());
-    return piece;
-  };
-  const auto keep = [&](const Piece& piece) {
+  const auto keep = [&](const Piece* kept) {
+    order.seen();
+    const Piece& piece = *kept;
     growing.index = piece.block;
     growing.rows.insert(growing.rows.end(), piece.rows.begin(), piece.rows.end());
     result.computed += piece.count;
@@ -245,24 +276,29 @@ RunResult run_here(const Campaign& c, const RunOptions& options, const Ranks& ra
       growing.rows.clear();
     }
     if (options.progress) options.progress(static_cast<double>(result.resumed + result.computed));
+    order.done();
   };
   // With a rule, the pipeline runs in stretches of half a second, between which the folder is read:
   // the blocks of other ranks come through it, without messages and without a master to lose.
   do {
     const double until = rule ? now() + 0.5 : std::numeric_limits<double>::infinity();
-    const auto timed = [&](oneapi::tbb::flow_control& flow) -> Piece {
+    const auto timed = [&](oneapi::tbb::flow_control& flow) -> Piece* {
+      order.seen();
       if (offset == 0 && now() > until) {
         flow.stop();
-        return Piece{};
+        order.done();
+        return nullptr;
       }
       return feed(flow);
     };
     namespace tbb = oneapi::tbb;
     tbb::parallel_pipeline(
-        4 * threads, tbb::make_filter<void, Piece>(tbb::filter_mode::serial_in_order, timed) &
-                         tbb::make_filter<Piece, Piece>(tbb::filter_mode::parallel, work) &
-                         tbb::make_filter<Piece, void>(tbb::filter_mode::serial_in_order, keep));
+        4 * threads, tbb::make_filter<void, Piece*>(tbb::filter_mode::serial_in_order, timed) &
+                         tbb::make_filter<Piece*, Piece*>(tbb::filter_mode::parallel, work) &
+                         tbb::make_filter<Piece*, void>(tbb::filter_mode::serial_in_order, keep));
+    order.seen();
     if (rule) look();
+    order.done();
   } while (block < blocks && !enough && !interrupted());
   writer.sync();
   result.complete = !interrupted();
