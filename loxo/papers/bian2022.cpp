@@ -174,13 +174,14 @@ report::Series traces(const char* title, const char* caption, const report::Axis
   f.sync = "voyage";
   f.at = hours;
   const char* axis[3] = {"x", "y", "z"};
-  const int colour[3] = {3, 2, 0};
+  // The paper's red, green and blue; the simplified formula paler neighbours of them.
+  const int colour[3] = {7, 2, 0}, other[3] = {3, 6, 4};
   for (const auto& [name, trace] : list)
     for (int i = 0; i < 3; ++i) {
       report::Curve c;
       c.name = name[0] == '\0' ? std::string(axis[i]) : fmt::format("{} {}", axis[i], name);
       c.style = trace == list.front().second ? report::Style::kLine : report::Style::kDashed;
-      c.colour = trace == list.front().second ? colour[i] : colour[i] + 4;
+      c.colour = trace == list.front().second ? colour[i] : other[i];
       for (const V& v : trace->v) c.y.push_back(part(v, i));
       f.curves.push_back(c);
     }
@@ -190,7 +191,7 @@ report::Series traces(const char* title, const char* caption, const report::Axis
 void figure3(const std::vector<At>& points, const std::vector<double>& hours, std::size_t every,
              Paper& paper) {
   report::Map map;
-  map.title = "Figure 3: the voyage, and where the transfer takes it";
+  map.title = "Figure 3: where the transfer takes the voyage";
   map.caption =
       "11.6 h off 31 N; turned by 1.029 rad about the transverse axis, the meridian 122.9 E being "
       "the "
@@ -208,7 +209,10 @@ void figure3(const std::vector<At>& points, const std::vector<double>& hours, st
   a.y = {"angle", "deg"};
   v.at = a.at = hours;
   v.caption = "Transverse components.";
-  a.caption = "Transverse heading (without turns), pitch and roll of a ship in waves.";
+  a.caption =
+      "Roll and pitch of a ship in waves, and the transverse heading, a twentieth of it: its turns "
+      "are "
+      "the steps of figures 4 to 7.";
   report::Curve ve, vn, heading, pitch, roll;
   ve.name = "transverse east", vn.name = "transverse north";
   heading.name = "heading / 20", pitch.name = "pitch", roll.name = "roll";
@@ -228,7 +232,7 @@ void figure3(const std::vector<At>& points, const std::vector<double>& hours, st
   map.tracks = {home};
   paper.figures.push_back({"figure3-recorded", map});
   v.curves = {ve, vn};
-  a.curves = {heading, pitch, roll};
+  a.curves = {roll, pitch, heading};
   paper.figures.push_back({"figure3-velocity", v});
   paper.figures.push_back({"figure3-attitude", a});
 }

@@ -233,7 +233,9 @@ struct Place {
 };
 constexpr const char* kLinear =
     "The strapdown mechanization lies on the exact linear response; without the Foucault term (the "
-    "paper's (14) to (20)) the phase is lost within hours.";
+    "paper's (14) to (20)) the phase is lost within hours (its curve, and that of the ellipsoid, "
+    "show at a "
+    "click on their names).";
 
 void at_rest_figures(const Options& o, const Place& at, Book& book, Paper& paper) {
   const Scenario s = scenario(o, paper_sphere()), real = scenario(o, wgs84());
@@ -622,15 +624,15 @@ void ideal(const Options& o, Book& book, Paper& paper) {
   f.title = "Not in the paper: when the geographic frame does break down";
   f.caption =
       "Ideal sensors, 10 m/s, 100 Hz: position error 73 minutes after passing the pole at a "
-      "distance, by the geographic mechanization. Rule: 600 (v T/d)^2 m. The transverse "
-      "mechanization "
-      "passes the pole itself without noticing.";
+      "distance d, by the geographic mechanization, on the rule 600 m (v T/d)^2 down to a metre; "
+      "nearer than a few steps v T = 0.1 m the rule ends and round-off decides. The transverse "
+      "mechanization passes the pole itself without noticing.";
   f.x = {"closest distance to the pole", "m", true};
   f.y = {"position error", "m", true};
   report::Curve ours, rule;
   ours.name = "geographic mechanization";
   ours.style = report::Style::kLinePoints;
-  rule.name = "8000 m (v T/d)^2";
+  rule.name = "600 m (v T/d)^2";
   rule.style = report::Style::kDashed;
   const char* ids[] = {"0", "0.1", "1", "10", "100", "1000"};
   for (std::size_t i = 0; i < 6; ++i) {
@@ -638,7 +640,7 @@ void ideal(const Options& o, Book& book, Paper& paper) {
     if (i == 0) continue;
     f.at.push_back(misses[i]);
     ours.y.push_back(missed[i]);
-    rule.y.push_back(8000 * std::pow(0.1 / misses[i], 2));
+    rule.y.push_back(600 * std::pow(0.1 / misses[i], 2));
   }
   f.curves = {ours, rule};
   paper.figures.push_back({"geographic-miss", f});
@@ -727,9 +729,9 @@ Paper liu2014(const Options& o) {
                    "A day at rest at 30 N, 60 E, every constant error with a plus sign.",
                    30,
                    60,
-                   {"A constant part of 1.3 cm/s under the oscillation.",
-                    "A constant part of -1.5 cm/s under the oscillation.", level, level,
-                    "Grows by 71 arcsec a day, with a daily swing.",
+                   {"A constant part of 1.3 cm/s, under an oscillation a hundred times as large.",
+                    "A constant part of -1.5 cm/s, under an oscillation a hundred times as large.",
+                    level, level, "Grows by 71 arcsec a day, with a daily swing.",
                     "Grows by -1261 m a day under the swing: what figure 2 could not show.",
                     "Grows by 1092 m a day under the swing."}},
                   book, paper);

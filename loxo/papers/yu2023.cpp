@@ -164,8 +164,8 @@ void formulas(const Setting& s, Book& book, Paper& paper) {
     }
     Panel p = mean ? panels("Figure 4: mean latitude, formula and simulation",
                             "k = 1.2, eps = 92.5 deg, 90 km from 55 N. The formula (37), (39) with "
-                            "its sign corrected (E-6) lies on the simulation; with the printed "
-                            "sign it is its mirror image.")
+                            "its sign corrected (E-6) follows the simulation within 0.13 arcsec "
+                            "and 6e-7; with the printed sign it is its mirror image.")
                    : panels("Figure 6: start latitude, formula and simulation",
                             "k = 1.2, eps = 92.5 deg, 10 km from 55 N. Formula (44), (45), whose "
                             "sign is right in print, lies on the simulation.");
@@ -231,9 +231,11 @@ void sets(const Setting& s, const Options& o, Book& book, Paper& paper) {
       7, 1.5e-5, ChordMethod::kMeanLatitude, 90e3,
       {{1.2, -60}, {1.2, 0}, {1.2, 30}, {1.2, 60}, {1.2, 90}, {1.2, 135}, {1.2, 180}, {0.8, 90}});
   draw("figure7",
-       panels("Figure 7: start latitude, sets of k and eps",
-              "10 km from 55 N. Nine times shorter than figure 5 and 26 times worse; largest near "
-              "eps = 90 deg and beyond."),
+       panels(
+           "Figure 7: start latitude, sets of k and eps",
+           "10 km from 55 N. Nine times shorter than figure 5 and 28 times worse. The printed 180 "
+           "arcsec and 9e-4 fit eps = 90 deg (181 arcsec); at eps = -70 and 180 deg it is 196 "
+           "arcsec and 9.4e-4."),
        180, 9e-4, ChordMethod::kStartLatitude, 10e3,
        {{1.2, -70}, {1.2, 0}, {1.2, 30}, {1.2, 60}, {1.2, 90}, {1.2, 120}, {1.2, 180}, {0.8, 90}});
   draw("figure8",
@@ -403,7 +405,7 @@ void heading_models(const Setting& s, Book& book, Paper& paper) {
   f.caption =
       "11.2 km at 40 N, k = 1.2, eps = -1 deg, the heading kept by the dead reckoning itself (H2, "
       "as "
-      "in Shi et al. 2015). The rhumb chord, exact for an independent heading, errs by up to 27 "
+      "in Shi et al. 2015). The rhumb chord, exact for an independent heading, errs by up to 30 "
       "arcsec; the geodesic chord is exact and Gauss on the start's meridian nearly so. On a log "
       "of "
       "independent headings (H1) it is the other way round.";
