@@ -100,11 +100,27 @@ bool Navigator::odometer(const OdometerTick& tick) {
   pending_->last_tick = tick.t;
   return true;
 }
-bool Navigator::fix(const Fix& f) { return pending_->fixes.push({f.t, f, false}); }
-bool Navigator::benchmark(const Fix& f) { return pending_->fixes.push({f.t, f, true}); }
-bool Navigator::heading(const HeadingSample& h) { return pending_->headings.push(h); }
-bool Navigator::height(const HeightSample& h) { return pending_->heights.push(h); }
-bool Navigator::velocity(const VelocitySample& v) { return pending_->velocities.push(v); }
+bool Navigator::too_late(double t) {
+  if (s_.t - t <= config_.late_limit + 1e-9) return false;
+  ++events_.late;
+  next_health_ |= kHealthRejected;
+  return true;
+}
+bool Navigator::fix(const Fix& f) {
+  return !too_late(f.t) && pending_->fixes.push({f.t, f, false});
+}
+bool Navigator::benchmark(const Fix& f) {
+  return !too_late(f.t) && pending_->fixes.push({f.t, f, true});
+}
+bool Navigator::heading(const HeadingSample& h) {
+  return !too_late(h.t) && pending_->headings.push(h);
+}
+bool Navigator::height(const HeightSample& h) {
+  return !too_late(h.t) && pending_->heights.push(h);
+}
+bool Navigator::velocity(const VelocitySample& v) {
+  return !too_late(v.t) && pending_->velocities.push(v);
+}
 
 // age > 0: the measurement was valid that long before the strapdown's time.
 MeasurementPoint Navigator::point(double age) const {
@@ -122,7 +138,8 @@ MeasurementPoint Navigator::point(double age) const {
 void Navigator::imu(const ImuIncrement<double>& sample) {
   const double gap = sample.t - s_.t;
   if (!(gap > 0)) return;
-  health_ = 0;
+  health_ = next_health_;
+  next_health_ = 0;
   const double nominal = config_.imu_interval;
   if (gap > 3.0 * nominal || sample.dt > 3.0 * nominal) {
     // 1.5: interpolated between the rates on both sides, with the noise of what may have happened.

@@ -44,6 +44,7 @@ struct Faults {
   double gap_begin = 1e9, gap_end = 1e9;
   int outliers = 0;
   double wrong_stamp_t = 1e9;
+  double late_t = 1e9, late_by = 0;  // one true fix given that long after its time
   double fix_every = 0, fix_until = 1e9;
   bool unsigned_wheel = false;
   bool robust = true;
@@ -72,7 +73,8 @@ struct Trace {
   std::vector<std::uint32_t> health;
   double k = 0, k_std = 0, eps = 0, eps_std = 0, end_error = 0;
   Navigator::Events events;
-  bool inside = true;  // 99.9 % band or health at every epoch
+  bool late_taken = false, late_said = false;  // the fix taken; the row after it says rejected
+  bool inside = true;                          // 99.9 % band or health at every epoch
 };
 
 Trace run(const ExactRoute& route, unsigned seed, const Faults& f = {},
@@ -159,7 +161,18 @@ Trace run(const ExactRoute& route, unsigned seed, const Faults& f = {},
       nav.fix(fix);
     }
     if (u.t > f.gap_begin && u.t <= f.gap_end) continue;  // no IMU
+    const bool late = std::fabs(u.t - f.late_t) < 0.5 * kStep;
+    if (late) {
+      Fix fix;
+      fix.t = nav.t() - f.late_by;
+      const Geodetic<double> p =
+          to_geodetic(wgs84(), route.r[static_cast<std::size_t>(std::lround(fix.t / kStep))]);
+      fix.lat = p.lat, fix.lon = p.lon, fix.h = p.h;
+      fix.std_e = fix.std_n = fix.std_u = 0.5;
+      out.late_taken = nav.fix(fix);
+    }
     nav.imu(u);
+    if (late) out.late_said = (nav.health() & kHealthRejected) != 0;
     if (i % (5 * second) == 0) {
       const NominalState& x = nav.state();
       const Rot<Ecef, Ecef> D =
@@ -289,6 +302,27 @@ TEST(Navigator, FixWithTheWrongStampIsNamed) {
   EXPECT_TRUE(t.inside);
   EXPECT_EQ(t.events.wrong_stamps, 1);
   EXPECT_NEAR(t.events.first_wrong_stamp, 300, 0.1);
+}
+// Up to late_limit a late fix helps; beyond it the fix is refused, said, and changes nothing.
+TEST(Navigator, LateFixIsUsedOrRefused) {
+  const ExactRoute route = route_of(kMixed, 200);
+  const Trace without = run(route, base_seed());
+  for (const double by : {0.5, 1.0, 1.0 + kStep, 4.0}) {
+    Faults f;
+    f.late_t = 160, f.late_by = by;  // a turn of 90 deg begins at 150
+    const Trace t = run(route, base_seed(), f);
+    const bool taken = by <= NavigatorConfig{}.late_limit;
+    std::printf("late by %.2f s: %s, end error %.2f m (%.2f without)\n", by,
+                t.late_taken ? "taken" : "refused", t.end_error, without.end_error);
+    EXPECT_TRUE(t.inside);
+    EXPECT_EQ(t.late_taken, taken);
+    EXPECT_EQ(t.events.late, taken ? 0 : 1);
+    EXPECT_EQ(t.late_said, !taken);
+    if (taken)
+      EXPECT_LT(t.sigma.back(), without.sigma.back());
+    else
+      EXPECT_EQ(t.end_error, without.end_error);
+  }
 }
 TEST(Navigator, LongGapIsSaid) {  // section 1.5
   const ExactRoute route = route_of(kMixed, 400);
