@@ -39,6 +39,16 @@ void say(const Globals& globals, const std::string& text);
 // Standard error: diagnostics as "warning: where: what (N times)"; nothing with --quiet.
 void print_diagnostics(const Globals& globals, const Diagnostics& diagnostics);
 Json to_json(const Diagnostics& diagnostics);
+// Runs `work`; where it throws, what was noticed until then is told first: it is often the cause.
+template <class Work>
+auto telling(const Globals& globals, const Diagnostics& diagnostics, Work work) {
+  try {
+    return work();
+  } catch (const std::exception&) {
+    print_diagnostics(globals, diagnostics);
+    throw;
+  }
+}
 
 // An angle, length … given on the command line with its unit. Throws Error(kUsage, …, option).
 double option_quantity(const std::string& text, Dimension d, const std::string& option);

@@ -26,6 +26,7 @@ constexpr double kStandingForce = 0.1;    // m/s^2, spread of |f| in a standing 
 constexpr double kStandingRate = 0.02;    // rad/s, mean turn in a standing window
 constexpr double kStandingEnough = 60.0;  // s of standing for an Earth-rate check
 constexpr double kEarthRateBand = 0.2;    // relative
+constexpr double kSpanBand = 0.02;        // of a span that is half or twice another
 constexpr double kGap = 3.0;              // usual steps; as the readers count them
 
 // Stamps of one channel in file order.
@@ -143,7 +144,19 @@ int inspect_drive(const Globals& globals, const std::string& path) {
   Json channels = Json::array();
   std::string text = fmt::format("drive      {}", drive.name.empty() ? path : drive.name);
   std::string empty;
+  Timing of_imu;
   auto tell = [&](const std::string& name, const ChannelFile& file, const Timing& t) {
+    if (name == "imu") of_imu = t;
+    // Stamps of half or twice the rate stand out against a channel that lasts twice or half as
+    // long.
+    const double ratio = (of_imu.last - of_imu.first) / (t.last - t.first);
+    if (std::fabs(ratio - 0.5) < kSpanBand || std::fabs(ratio / 2 - 1) < kSpanBand)
+      diagnostics.warn(
+          "spans", file.where,
+          fmt::format("imu lasts {:.1f} s and {} {:.1f} s: are the imu's stamps {} what "
+                      "they should be?",
+                      of_imu.last - of_imu.first, name, t.last - t.first,
+                      ratio < 1 ? "half" : "twice"));
     channels.push_back(timing_json(name, file.file, t));
     text += "\n" + timing_text(name, t);
     if (t.rows == 0 && empty.empty()) empty = file.file;

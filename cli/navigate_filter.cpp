@@ -160,12 +160,14 @@ int navigate_filter(const Globals& globals, const NavigateOptions& options) {
     writer = std::make_unique<SolutionWriter>(globals.output, meta, options.precision);
   }
   if (options.mode == "segmented") {
-    const SegmentedResult r = segmented_drive(
-        drive, f,
-        [&](const SolutionRow& row) {
-          if (writer) writer->write(row);
-        },
-        diagnostics);
+    const SegmentedResult r = telling(globals, diagnostics, [&] {
+      return segmented_drive(
+          drive, f,
+          [&](const SolutionRow& row) {
+            if (writer) writer->write(row);
+          },
+          diagnostics);
+    });
     if (writer) writer->commit();
     print_diagnostics(globals, diagnostics);
     if (globals.json) {
@@ -205,12 +207,14 @@ int navigate_filter(const Globals& globals, const NavigateOptions& options) {
     }
     return 0;
   }
-  const FilterResult r = filter_drive(
-      drive, f,
-      [&](const SolutionRow& row) {
-        if (writer) writer->write(row);
-      },
-      diagnostics);
+  const FilterResult r = telling(globals, diagnostics, [&] {
+    return filter_drive(
+        drive, f,
+        [&](const SolutionRow& row) {
+          if (writer) writer->write(row);
+        },
+        diagnostics);
+  });
   if (writer) writer->commit();  // a filter that diverged keeps what it had
   print_diagnostics(globals, diagnostics);
   if (globals.json) {

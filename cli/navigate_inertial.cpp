@@ -55,12 +55,14 @@ int navigate_inertial(const Globals& globals, const NavigateOptions& options) {
     meta["frame"] = options.frame;
     writer = std::make_unique<SolutionWriter>(path, meta, options.precision);
   }
-  const InertialResult r = inertial_drive(
-      drive, o,
-      [&](const SolutionRow& row) {
-        if (writer) writer->write(row);
-      },
-      diagnostics);
+  const InertialResult r = telling(globals, diagnostics, [&] {
+    return inertial_drive(
+        drive, o,
+        [&](const SolutionRow& row) {
+          if (writer) writer->write(row);
+        },
+        diagnostics);
+  });
   if (writer) writer->commit();  // one that broke keeps what it had
   print_diagnostics(globals, diagnostics);
   const Geodetic<double> g = to_geodetic(drive.ellipsoid, r.end.r);

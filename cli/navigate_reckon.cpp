@@ -52,25 +52,27 @@ int navigate_reckon(const Globals& globals, const NavigateOptions& options) {
   const Drive drive = read_drive(options.drive, globals.sets);
   Diagnostics diagnostics = drive.diagnostics;
   std::unique_ptr<SolutionWriter> writer;
-  const ReckonResult result = reckon_drive(
-      drive, r,
-      [&](const SolutionRow& row) {
-        if (output.empty()) return;
-        if (!writer) {  // at the first row: a drive that cannot start leaves nothing
-          const std::map<std::string, std::string> meta = {
-              {"mode", "reckon"},
-              {"ellipsoid", drive.ellipsoid.name},
-              {"version", LOXO_VERSION},
-              {"drive", drive.name},
-              {"integrator", options.integrator},
-              {"k", fmt::format("{}", r.calibration.k)},
-              {"eps_deg", fmt::format("{}", r.calibration.eps / deg)},
-              {"input_hash", input_hash(drive)}};
-          writer = std::make_unique<SolutionWriter>(output, meta, options.precision);
-        }
-        writer->write(row);
-      },
-      diagnostics);
+  const ReckonResult result = telling(globals, diagnostics, [&] {
+    return reckon_drive(
+        drive, r,
+        [&](const SolutionRow& row) {
+          if (output.empty()) return;
+          if (!writer) {  // at the first row: a drive that cannot start leaves nothing
+            const std::map<std::string, std::string> meta = {
+                {"mode", "reckon"},
+                {"ellipsoid", drive.ellipsoid.name},
+                {"version", LOXO_VERSION},
+                {"drive", drive.name},
+                {"integrator", options.integrator},
+                {"k", fmt::format("{}", r.calibration.k)},
+                {"eps_deg", fmt::format("{}", r.calibration.eps / deg)},
+                {"input_hash", input_hash(drive)}};
+            writer = std::make_unique<SolutionWriter>(output, meta, options.precision);
+          }
+          writer->write(row);
+        },
+        diagnostics);
+  });
   if (writer) writer->commit();
   print_diagnostics(globals, diagnostics);
 

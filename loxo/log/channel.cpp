@@ -176,6 +176,8 @@ std::vector<ChannelKey> section_keys(const Drive& d, const std::string& section)
 Channel::Channel(const Drive& drive, const std::string& section, Diagnostics& diagnostics) {
   const ChannelFile& file = section_file(drive, section);
   table_ = open_table(file.file, file.table);
+  section_ = section;
+  stamps_.emplace(section);
   delay_ = file.delay;
   rate_ = file.rate;
   auto columns = file.columns;
@@ -252,15 +254,54 @@ Channel::Channel(const Drive& drive, const std::string& section, Diagnostics& di
   }
 }
 
-bool Channel::next(Diagnostics& diagnostics) {
+bool Channel::read(Diagnostics& diagnostics) {
   while (table_->next(values_, diagnostics)) {
     for (std::size_t i = 0; i < values_.size(); ++i) values_[i] *= factors_[i];
     t_ =
         (time_ == npos ? static_cast<double>(table_->rows() - 1) / rate_ : values_[time_]) - delay_;
     if (std::isfinite(t_)) return true;
-    diagnostics.bad("bad_row", where(), "expected a time, found nan; row skipped");
+    diagnostics.bad("bad_row", table_->where(), "expected a time, found nan; row skipped");
   }
   return false;
+}
+
+bool Channel::next(Diagnostics& diagnostics) {
+  for (;;) {
+    from_held_ = has_held_;
+    displaced_ = false;
+    if (has_held_) {
+      has_held_ = false;
+      values_ = held_.values;
+      t_ = held_.t;
+    } else if (!read(diagnostics)) {
+      return false;
+    }
+    if (stamps_->far(t_) && !from_held_) {
+      // Look at the row behind: if it goes on from before, this one's stamp is wrong.
+      const Held here{values_, t_, table_->rows(), table_->where()};
+      if (read(diagnostics)) {
+        if (t_ > stamps_->last() && t_ < here.t && !stamps_->far(t_)) {
+          diagnostics.bad("stamp_ahead", here.where,
+                          "[" + section_ + "] the stamp " + seconds(here.t) +
+                              " is far ahead of its neighbours (" + seconds(stamps_->last()) +
+                              ", " + seconds(t_) + "); row skipped");
+        } else {
+          held_ = {values_, t_, table_->rows(), table_->where()};
+          has_held_ = true;
+          values_ = here.values;
+          t_ = here.t;
+          here_ = here;
+          displaced_ = true;
+        }
+      } else {
+        values_ = here.values;
+        t_ = here.t;
+        here_ = here;
+        displaced_ = true;
+      }
+    }
+    if (stamps_->check(t_, [this] { return where(); }, diagnostics) == StampCheck::Verdict::kForward) return true;
+  }
 }
 
 std::size_t Channel::at(std::string_view key) const {
@@ -285,13 +326,14 @@ void StampCheck::learn() {
   longest_ = usual_ * (2 * close > n ? 1.5 : 3.0);
 }
 
-void StampCheck::tell_gap(double from, double to, const std::string& where) {
-  diagnostics_->warn("gap", where,
-                     "[" + section_ + "] a gap of " + seconds(to - from) + " before " +
-                         seconds(to) + " (usual step " + seconds(usual_) + ")");
+void StampCheck::tell_gap(double from, double to, const std::string& where,
+                          Diagnostics& diagnostics) const {
+  diagnostics.warn("gap", where,
+                   "[" + section_ + "] a gap of " + seconds(to - from) + " before " + seconds(to) +
+                       " (usual step " + seconds(usual_) + ")");
 }
 
-StampCheck::Verdict StampCheck::check(double t, const Table& row) {
+StampCheck::Verdict StampCheck::check(double t, const std::function<std::string()>& where, Diagnostics& diagnostics) {
   if (!started_) {
     started_ = true;
     last_ = t;
@@ -299,28 +341,28 @@ StampCheck::Verdict StampCheck::check(double t, const Table& row) {
   }
   const double step = t - last_;
   if (step == 0) {
-    diagnostics_->warn(
-        "duplicate", row.where(),
+    diagnostics.warn(
+        "duplicate", where(),
         "[" + section_ + "] two rows with the stamp " + seconds(t) + "; the second is skipped");
     return Verdict::kDuplicate;
   }
   if (step < 0) {
-    diagnostics_->warn("time_back", row.where(),
-                       "[" + section_ + "] time goes back from " + seconds(last_) + " to " +
-                           seconds(t) + "; row skipped");
+    diagnostics.warn("time_back", where(),
+                     "[" + section_ + "] time goes back from " + seconds(last_) + " to " +
+                         seconds(t) + "; row skipped");
     return Verdict::kBack;
   }
   if (steps_ >= kFirst) {
-    if (step > longest_) tell_gap(last_, t, row.where());
+    if (step > longest_) tell_gap(last_, t, where(), diagnostics);
   } else {
-    early_.push_back({last_, t, row.where()});
+    early_.push_back({last_, t, where()});
   }
   window_[steps_++ % kWindow] = step;
   last_ = t;
   if (steps_ == kFirst) {
     learn();
     for (const Early& e : early_)
-      if (e.to - e.from > longest_) tell_gap(e.from, e.to, e.where);
+      if (e.to - e.from > longest_) tell_gap(e.from, e.to, e.where, diagnostics);
     early_.clear();
   } else if (steps_ > kFirst && steps_ % (kWindow / 2) == 0) {
     learn();

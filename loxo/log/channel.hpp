@@ -2,7 +2,9 @@
 // One section of sensors as numbers in SI: the columns that the drive names, found in the file,
 // with the factor of their unit. Used by the readers of this room.
 #pragma once
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,12 +30,46 @@ double declared_unit(const std::string& text, Dimension d, const std::string& wh
                      bool& multiple);
 const ChannelFile& section_file(const Drive& drive, const std::string& section);
 
+// Order of stamps: duplicates, time going back and gaps are told. Feed stamps in file order.
+class StampCheck {
+ public:
+  explicit StampCheck(std::string section) : section_(std::move(section)) {}
+  enum class Verdict { kForward, kDuplicate, kBack };
+  // `where` tells the row's place, asked only where something is to be told.
+  Verdict check(double t, const std::function<std::string()>& where, Diagnostics& diagnostics);
+  // A step so long that the stamp may be wrong: more than kFar usual ones.
+  bool far(double t) const { return t - last_ > kFar * usual_; }
+  double last() const { return last_; }
+  // Median of the steps lately; kNone before the eighth.
+  double usual_step() const { return usual_; }
+
+ private:
+  static constexpr std::size_t kWindow = 32, kFirst = 8;
+  static constexpr double kFar = 1000;
+  void learn();
+  void tell_gap(double from, double to, const std::string& where, Diagnostics& diagnostics) const;
+
+  std::string section_;
+  bool started_ = false;
+  double last_ = 0;
+  std::size_t steps_ = 0;
+  double window_[kWindow]{};                // the last steps
+  double usual_ = kNone, longest_ = kNone;  // their median; what is no gap yet
+  struct Early {
+    double from, to;
+    std::string where;
+  };
+  std::vector<Early> early_;  // steps before the median is known
+};
+
 class Channel {
  public:
   // Opens the file, finds the columns, resolves the units. Throws Error(kInput). Columns that no
   // section maps are noted.
   Channel(const Drive& drive, const std::string& section, Diagnostics& diagnostics);
-  // The next row whose stamp is a number; false at the end.
+  // The next row whose stamp is a number and after the last one's; false at the end. Duplicates,
+  // time going back and gaps are told. A stamp far ahead of its neighbours is its row's fault: the
+  // row is left out, not all that follow it.
   bool next(Diagnostics& diagnostics);
   bool has(std::string_view key) const;
   // Place of a key's first value in values(); of a key that is not mapped, npos.
@@ -46,8 +82,12 @@ class Channel {
   }
   // Stamp with the section's delay taken out.
   double t() const { return t_; }
-  std::size_t rows() const { return table_->rows(); }
-  std::string where() const { return table_->where(); }
+  std::size_t rows() const {
+    return displaced_ ? here_.rows : from_held_ ? held_.rows : table_->rows();
+  }
+  std::string where() const {
+    return displaced_ ? here_.where : from_held_ ? held_.where : table_->where();
+  }
   const Table& table() const { return *table_; }
   // What the format fixes, or what the drive says.
   const TableConvention& convention() const { return table_->convention(); }
@@ -62,36 +102,18 @@ class Channel {
   std::vector<double> values_, factors_;
   std::size_t time_ = npos;
   double delay_ = 0, rate_ = kNone, t_ = 0;
-};
-
-// Order of stamps: duplicates, time going back and gaps are told. Feed stamps in file order.
-class StampCheck {
- public:
-  StampCheck(std::string section, Diagnostics& diagnostics)
-      : section_(std::move(section)), diagnostics_(&diagnostics) {}
-  enum class Verdict { kForward, kDuplicate, kBack };
-  // `row` tells its place where something is to be told.
-  Verdict check(double t, const Table& row);
-  // Median of the steps lately; kNone before the eighth.
-  double usual_step() const { return usual_; }
-
- private:
-  static constexpr std::size_t kWindow = 32, kFirst = 8;
-  void learn();
-  void tell_gap(double from, double to, const std::string& where);
 
   std::string section_;
-  Diagnostics* diagnostics_;
-  bool started_ = false;
-  double last_ = 0;
-  std::size_t steps_ = 0;
-  double window_[kWindow]{};                // the last steps
-  double usual_ = kNone, longest_ = kNone;  // their median; what is no gap yet
-  struct Early {
-    double from, to;
+  bool read(Diagnostics& diagnostics);
+  std::optional<StampCheck> stamps_;
+  struct Held {  // a row that was looked at ahead of its turn
+    std::vector<double> values;
+    double t = 0;
+    std::size_t rows = 0;
     std::string where;
   };
-  std::vector<Early> early_;  // steps before the median is known
+  Held held_, here_;  // here_: the row given out while the table stands one further
+  bool has_held_ = false, from_held_ = false, displaced_ = false;
 };
 
 // Rows of a small channel in time order; a row whose stamp is not after the last is told and
@@ -99,9 +121,7 @@ class StampCheck {
 template <class F>
 void each_row(const Drive& drive, const std::string& section, Diagnostics& d, F use) {
   Channel c(drive, section, d);
-  StampCheck stamps(section, d);
-  while (c.next(d))
-    if (stamps.check(c.t(), c.table()) == StampCheck::Verdict::kForward) use(c);
+  while (c.next(d)) use(c);
 }
 
 }  // namespace loxo

@@ -11,13 +11,13 @@ class Stamps : public ::testing::Test {
  protected:
   // Feeds stamps as a file would; returns how many went forward.
   std::size_t feed(const std::vector<double>& t) {
-    StampCheck check("imu", d_);
+    StampCheck check("imu");
     MemoryTable table("x.csv", {}, {"t_s"}, {t});
     table.select({"t_s"});
     double row[1];
     std::size_t forward = 0;
     while (table.next(row, d_))
-      forward += check.check(row[0], table) == StampCheck::Verdict::kForward;
+      forward += check.check(row[0], [&] { return table.where(); }, d_) == StampCheck::Verdict::kForward;
     usual_ = check.usual_step();
     return forward;
   }

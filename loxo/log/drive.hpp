@@ -158,6 +158,12 @@ class ImuReader {
   ~ImuReader();
   bool next(ImuIncrement<double>& sample);
   double interval() const;  // s, nominal: median of the first 1000 steps
+  // The sample that next() gave last touched the sensor's limit.
+  bool saturated() const;
+  // What the first rows say against the declared units (no number computed from them means
+  // anything) and axes; empty where they fit.
+  const std::string& unit_fault() const;
+  const std::string& axes_fault() const;
 
  private:
   struct Impl;

@@ -28,7 +28,6 @@ struct ImuReader::Impl {
   Impl(const Drive& drive, Diagnostics& diagnostics)
       : d(&diagnostics),
         channel(drive, "imu", diagnostics),
-        stamps("imu", diagnostics),
         rate(drive.imu_kind == "rate"),
         stamp(drive.imu_stamp),
         axes(axes_to_rfu(drive.imu_axes, drive.imu.where + ".axes")),
@@ -55,7 +54,15 @@ struct ImuReader::Impl {
   struct Row {
     double t = 0;
     Vec<Body> w, f;
+    bool saturated = false;
   };
+  static constexpr double kFastTurn = 6.0;     // rad/s: 344 deg/s, no vehicle turns so for long
+  static constexpr double kOften = 0.02;       // share of the rows
+  static constexpr double kLargeTurn = 1.0;    // rad/s
+  static constexpr double kLargeForce = 15.0;  // m/s^2
+  static constexpr int kStill = 4;             // repetitions of one value
+  static constexpr double kStandingForce = 0.05, kEarthRateTime = 5.0;  // m/s^2, s
+  static constexpr double kEarthRate = 7.292115e-5;                     // rad/s
 
   bool read_row() {
     while (channel.next(*d)) {
@@ -73,44 +80,111 @@ struct ImuReader::Impl {
         d->bad("bad_row", channel.where(), "[imu] expected six numbers, found nan; row skipped");
         continue;
       }
-      if (stamps.check(row.t, channel.table()) != StampCheck::Verdict::kForward) continue;
-      auto beyond = [](const Vec<Body>& a, double limit) {
-        return given(limit) &&
-               (std::fabs(a.x) >= limit || std::fabs(a.y) >= limit || std::fabs(a.z) >= limit);
-      };
-      if (rate && (beyond(row.w, gyro_range) || beyond(row.f, accel_range)))
-        d->warn("saturated", channel.where(), "[imu] a value at the sensor's declared limit");
+      row.saturated = at_limit();
+      ++rows;
+      const double per_second = rate || !(interval > 0) ? 1.0 : 1.0 / interval;
+      if (dot(row.w, row.w) * per_second * per_second > kFastTurn * kFastTurn) ++fast;
       return true;
     }
+    if (!told_fast && rows > 0 && static_cast<double>(fast) > kOften * static_cast<double>(rows)) {
+      told_fast = true;
+      d->bad("imu_units", where + ".units.gyro",
+             number(100.0 * static_cast<double>(fast) / static_cast<double>(rows)) +
+                 " % of the rates are above " + number(kFastTurn) +
+                 " rad/s: are they in deg/s, not rad/s?");
+    }
     return false;
+  }
+
+  // At the declared range; where none is declared, a large value that stands still to the last
+  // digit.
+  bool at_limit() {
+    const double f[6] = {row.w.x, row.w.y, row.w.z, row.f.x, row.f.y, row.f.z};
+    const double per_second = rate || !(interval > 0) ? 1.0 : 1.0 / interval;
+    bool at = false;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double x = std::fabs(f[i]) * per_second, limit = i < 3 ? gyro_range : accel_range;
+      if (given(limit)) {
+        at = at || x >= limit * (1 - 1e-9);
+      } else {
+        still[i] = x > (i < 3 ? kLargeTurn : kLargeForce) && f[i] == before[i] ? still[i] + 1 : 0;
+        at = at || still[i] >= kStill;
+      }
+      before[i] = f[i];
+    }
+    if (at)
+      d->warn("saturated", channel.where(),
+              given(gyro_range) || given(accel_range)
+                  ? "[imu] a value at the sensor's declared limit"
+                  : "[imu] a large value stands still: the sensor's limit?");
+    return at;
   }
 
   // Norm of specific force and of rate over the first rows: the likely unit or axis is named.
   void look() {
     const double scale = rate ? 1.0 : 1.0 / interval;
-    double f = 0, w = 0, up = 0;
-    for (const Row& r : head) f += norm(r.f), w += norm(r.w), up += r.f.z;
-    const auto n = static_cast<double>(head.size());
-    f *= scale / n, w *= scale / n, up *= scale / n;
-    if (std::fabs(f - 1.0) < 0.15) {
-      d->bad("imu_units", where + ".units.accel",
-             "specific force has a norm of " + number(f) + ": is it in g, not m/s^2?");
-    } else if (f < 7 || f > 13) {
-      d->bad(
-          "imu_units", where + ".units.accel",
-          "specific force has a mean norm of " + number(f) + " m/s^2 where about 9.8 was expected");
-    } else if (up < -0.7 * f) {
-      d->bad("imu_axes", where + ".axes",
-             "specific force points down on the up axis (" + number(up) +
-                 " m/s^2): a z axis that looks down (FRD?) or gravity with the other sign");
-    } else if (up < 0.5 * f) {
-      d->warn("imu_axes", where + ".axes",
-              "the up axis shows " + number(up) + " of " + number(f) +
-                  " m/s^2: is the declared axis triple right?");
+    double f = 0, f2 = 0, w = 0, up = 0;
+    Vec<Body> turn{};
+    for (const Row& r : head) {
+      const double n = norm(r.f) * scale;
+      f += n, f2 += n * n, w += norm(r.w), up += r.f.z;
+      turn = turn + r.w;
     }
-    if (w > 2.0)
+    const auto n = static_cast<double>(head.size());
+    f /= n, w *= scale / n, up *= scale / n;
+    const double spread = std::sqrt(std::fmax(0.0, f2 / n - f * f));
+    if (f < 7 || f > 13) {
+      std::string what =
+          "specific force has a mean norm of " + number(f) + " m/s^2 where about 9.8 was expected";
+      struct Guess {
+        double ratio;
+        const char* text;
+      };
+      constexpr double kG = 9.80665;
+      for (const Guess& g :
+           {Guess{1 / kG, ": is it in g, not m/s^2?"}, Guess{kG, ": is it in m/s^2, not g?"},
+            Guess{1000 / kG, ": is it in mg?"}, Guess{1e6 / kG, ": is it in ug?"},
+            Guess{1 / 0.3048, ": is it in ft/s^2?"}, Guess{100, ": is it in cm/s^2?"},
+            Guess{interval, ": are these increments (kind = \"increment\"), not rates?"},
+            Guess{1 / interval, ": are these rates (kind = \"rate\"), not increments?"},
+            Guess{2, ": are the stamps twice as dense as the samples were?"},
+            Guess{0.5, ": are the stamps half as dense as the samples were?"}})
+        if (std::fabs(f / 9.8 / g.ratio - 1) < 0.05) {
+          what += g.text;
+          break;
+        }
+      fault = where + ".units.accel: " + what;
+      d->bad("imu_units", where + ".units.accel", what);
+    } else if (up < -0.7 * f) {
+      const std::string what =
+          "specific force points down on the up axis (" + number(up) +
+          " m/s^2): a z axis that looks down (FRD?) or gravity with the other sign";
+      axes_fault = where + ".axes: " + what;
+      d->bad("imu_axes", where + ".axes", what);
+    } else if (up < 0.5 * f) {
+      const std::string what = "the up axis shows " + number(up) + " of " + number(f) +
+                               " m/s^2: is the declared axis triple right?";
+      axes_fault = where + ".axes: " + what;
+      d->warn("imu_axes", where + ".axes", what);
+    }
+    if (w > 2.0) {
+      if (fault.empty())
+        fault = where + ".units.gyro: rates have a mean norm of " + number(w) +
+                " rad/s: are they in deg/s, not rad/s?";
       d->bad("imu_units", where + ".units.gyro",
-             "rates have a mean norm of " + number(w) + " rad/s: are they in deg/s?");
+             "rates have a mean norm of " + number(w) + " rad/s: are they in deg/s, not rad/s?");
+    } else if (spread < kStandingForce && n * interval > kEarthRateTime) {
+      // Standing: what is left of the gyros' mean is the Earth's turn and the bias. A good gyro
+      // that shows it 57 times too large or too small is in the other unit.
+      const double seen = norm(turn) * (scale / n) / kEarthRate;
+      const auto near = [&](double x) { return std::fabs(seen / x - 1) < 0.15; };
+      const double per_deg = 180 / kPi;
+      if (near(per_deg) || near(1 / per_deg))
+        d->warn(
+            "imu_units", where + ".units.gyro",
+            "at rest the gyros show " + number(seen) + " times the Earth's rate: are they in " +
+                (near(per_deg) ? "deg/s, not rad/s? (or biased by so much)" : "rad/s, not deg/s?"));
+    }
   }
 
   bool next(ImuIncrement<double>& s) {
@@ -128,6 +202,7 @@ struct ImuReader::Impl {
       if (given(start_t) && start_t < now.t && now.t - start_t < 3 * interval) dt = now.t - start_t;
     }
     const bool gap = have_last && dt > 3.001 * interval;
+    saturated = now.saturated;
     s.t = now.t;
     if (rate) {
       Vec<Body> w = now.w, f = now.f;
@@ -157,7 +232,6 @@ struct ImuReader::Impl {
 
   Diagnostics* d;
   Channel channel;
-  StampCheck stamps;
   bool rate;
   std::string stamp, where;
   std::array<double, 9> axes;
@@ -169,7 +243,11 @@ struct ImuReader::Impl {
   std::vector<Row> head;
   std::size_t at = 0;
   Row row, last;
-  bool have_last = false;
+  bool have_last = false, saturated = false, told_fast = false;
+  std::size_t rows = 0, fast = 0;
+  int still[6]{};
+  double before[6]{};
+  std::string fault, axes_fault;
 };
 
 ImuReader::ImuReader(const Drive& drive, Diagnostics& diagnostics)
@@ -177,6 +255,9 @@ ImuReader::ImuReader(const Drive& drive, Diagnostics& diagnostics)
 ImuReader::~ImuReader() = default;
 bool ImuReader::next(ImuIncrement<double>& sample) { return impl_->next(sample); }
 double ImuReader::interval() const { return impl_->interval; }
+bool ImuReader::saturated() const { return impl_->saturated; }
+const std::string& ImuReader::unit_fault() const { return impl_->fault; }
+const std::string& ImuReader::axes_fault() const { return impl_->axes_fault; }
 
 std::vector<OdometerTick> read_odometer(const Drive& drive, Diagnostics& d) {
   std::vector<OdometerTick> out;

@@ -100,6 +100,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   ImuIncrement<double> sample;
   if (!reader->next(sample))
     throw Error(ErrorKind::kInput, "no IMU sample could be read", drive.imu.file);
+  refuse_unsound(*reader, drive, o.force);
   const double dt0 = reader->interval(), first_t = sample.t - sample.dt;
   const bool is_speed = !m.ticks.empty() && m.ticks.front().is_speed;
   NavigatorConfig config = settings_of(drive, o, dt0, m.tick_interval, is_speed, out.meta);
@@ -188,7 +189,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
     const double before = nav.t();
     nav.imu(sample);
     ++out.imu_samples;
-    carried |= nav.health();
+    carried |= nav.health() | (reader->saturated() ? kHealthSaturated : 0u);
     travelled += norm(nav.state().v) * (nav.t() - before);
     if (nav.diverged() || (nav.health() & kHealthDiverged)) {
       out.diverged = true;
@@ -213,7 +214,10 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
         next_row += o.output_period;
       }
     } else if (!o.smooth) {
-      emit(nav.row(o.frame));
+      SolutionRow r = nav.row(o.frame);
+      r.health |= carried;
+      carried = 0;
+      emit(r);
     }
     if (nav.t() >= next_history) {
       const NominalState& s = nav.state();

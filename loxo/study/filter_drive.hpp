@@ -100,6 +100,10 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& options, do
                             double odometer_interval, bool odometer_is_speed,
                             std::map<std::string, std::string>& meta);
 
+// Throws Error(kInput) where the first rows contradict the declared unit, or the axes while no
+// attitude is given that could explain them; not with `force`.
+void refuse_unsound(const ImuReader& reader, const Drive& drive, bool force);
+
 using RowSink = std::function<void(const SolutionRow&)>;
 // Throws Error(kInput) for bad measurements, Error(kWork) where no start is possible. A filter that
 // diverges is told in the result, its rows up to there are given out.

@@ -108,6 +108,19 @@ std::vector<HeightSample> heights_of(const Drive& drive, Diagnostics& d) {
 
 }  // namespace
 
+// Numbers in another unit than declared cannot be navigated by; axes that do not fit gravity can,
+// if an attitude is given that explains them.
+void refuse_unsound(const ImuReader& reader, const Drive& drive, bool force) {
+  const StartSection& s = drive.start;
+  const bool attitude_given =
+      s.has_state || (given(s.heading) && (given(s.roll) || given(s.pitch)));
+  const std::string fault = !reader.unit_fault().empty() ? reader.unit_fault()
+                            : attitude_given             ? std::string()
+                                                         : reader.axes_fault();
+  if (!fault.empty() && !force)
+    throw Error(ErrorKind::kInput, fault + " (--force navigates all the same)");
+}
+
 void require_start(const Drive& drive) {
   const StartSection& s = drive.start;
   if (s.has_state || s.alignment_kind || given(s.heading)) return;
@@ -172,6 +185,7 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
   ImuIncrement<double> sample;
   if (!reader.next(sample))
     throw Error(ErrorKind::kInput, "no IMU sample could be read", drive.imu.file);
+  refuse_unsound(reader, drive, o.force);
   const double interval = reader.interval();
   const Begin begin = begin_of(drive, o, interval, sample.t - sample.dt, d);
   out.alignment = begin.report;
@@ -349,6 +363,7 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
       out.longest_gap = std::max(out.longest_gap, sample.dt);
       pending |= kHealthGap;
     }
+    if (reader.saturated()) pending |= kHealthSaturated;
     ++out.imu_samples;
     sample_end = sample.t;
     ImuIncrement<double> corrected = sample;

@@ -9,6 +9,8 @@ void Diagnostics::add(Severity severity, std::string_view kind, std::string wher
   Diagnostic* last = nullptr;
   for (auto& d : list_) {
     if (d.kind == kind) {
+      // The same place says the same: a file that is read twice.
+      if (d.where == where && d.what == what && where.find(':') != std::string::npos) return;
       ++kept;
       last = &d;
     }
