@@ -205,10 +205,10 @@ TEST(Simulate, ATrackOrARoadThatCannotBeIsRefused) {
   const std::string dir = scratch_folder();
   const auto refused = [&](const std::string& toml, const std::string& words) {
     std::ofstream(dir + "/bad.toml") << toml;
-    const Outcome r = run("simulate " + dir + "/bad.toml -o " + dir + "/bad");
+    const Outcome r = run("simulate " + dir + "/bad.toml -o " + dir + "/refused");
     EXPECT_EQ(r.exit_code, 3) << toml;
     EXPECT_NE(r.err.find(words), std::string::npos) << toml << "\n" << r.err;
-    EXPECT_FALSE(std::filesystem::exists(dir + "/bad"));
+    EXPECT_FALSE(std::filesystem::exists(dir + "/refused"));
   };
   const std::string two =
       "[[waypoint]]\nlat_deg = 1\nlon_deg = 1\n[[waypoint]]\nlat_deg = 1.01\nlon_deg = 1\n";
