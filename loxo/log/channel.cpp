@@ -300,7 +300,9 @@ bool Channel::next(Diagnostics& diagnostics) {
         displaced_ = true;
       }
     }
-    if (stamps_->check(t_, [this] { return where(); }, diagnostics) == StampCheck::Verdict::kForward) return true;
+    if (stamps_->check(
+            t_, [this] { return where(); }, diagnostics) == StampCheck::Verdict::kForward)
+      return true;
   }
 }
 
@@ -333,7 +335,8 @@ void StampCheck::tell_gap(double from, double to, const std::string& where,
                        " (usual step " + seconds(usual_) + ")");
 }
 
-StampCheck::Verdict StampCheck::check(double t, const std::function<std::string()>& where, Diagnostics& diagnostics) {
+StampCheck::Verdict StampCheck::check(double t, const std::function<std::string()>& where,
+                                      Diagnostics& diagnostics) {
   if (!started_) {
     started_ = true;
     last_ = t;

@@ -17,7 +17,8 @@ class Stamps : public ::testing::Test {
     double row[1];
     std::size_t forward = 0;
     while (table.next(row, d_))
-      forward += check.check(row[0], [&] { return table.where(); }, d_) == StampCheck::Verdict::kForward;
+      forward += check.check(
+                     row[0], [&] { return table.where(); }, d_) == StampCheck::Verdict::kForward;
     usual_ = check.usual_step();
     return forward;
   }
