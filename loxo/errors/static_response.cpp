@@ -280,8 +280,8 @@ void static_series(std::span<const StaticResponse> responses, double t0, double 
     const std::size_t count = std::min(kBlock, n - start);
     for (std::size_t k = 0; k < responses.size(); ++k)
       for (std::size_t component = 0; component < 7; ++component) {
-        const auto& q = responses[k].coefficient[component];
-        double* const to =
+        const auto q = responses[k].coefficient[component];
+        double* const __restrict to =
             count == kBlock ? out[k][component].data() + start : value;  // no copy but for the last
         for (std::size_t i = 0; i < kBlock; ++i)
           to[i] = ((q[0] + q[1] * b[1][i]) + (q[2] * b[2][i] + q[3] * b[3][i])) +

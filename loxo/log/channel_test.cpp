@@ -64,6 +64,7 @@ TEST_F(Stamps, AChangeOfRateIsLearned) {
 }
 TEST_F(Stamps, BunchedStampsAreNoGaps) {
   std::vector<double> t;
+  t.reserve(300);
   for (int i = 0; i < 300; ++i) t.push_back(0.02 * i + (i % 3 == 0 ? 0.012 : 0.0));
   feed(t);
   EXPECT_EQ(d_.count("gap"), 0u);
