@@ -41,8 +41,9 @@ int run(const Globals& globals, const Options& o) {
                 "'" + o.method + "' is no method" + suggestion(options.only, kMethods), "--method");
   if (!options.estimate.empty() && options.only.empty()) options.online = false;
   const Drive drive = read_drive(o.drive, globals.sets);
-  auto result = calibrate_drive(drive, options);
-  result.diagnostics.append(drive.diagnostics);
+  Diagnostics diagnostics = drive.diagnostics;
+  const auto result =
+      telling(globals, diagnostics, [&] { return calibrate_drive(drive, options, diagnostics); });
   const auto* best = result.find(result.recommended);
 
   Json json = to_json(drive, result);
@@ -53,7 +54,7 @@ int run(const Globals& globals, const Options& o) {
                        {"chi2", drift.chi2},       {"probability", drift.probability},
                        {"dk", drift.dk},           {"deps_deg", drift.deps / deg}};
   }
-  json["diagnostics"] = to_json(result.diagnostics);
+  json["diagnostics"] = to_json(diagnostics);
   if (!globals.output.empty() && best != nullptr) {
     OutputFile file(globals.output);
     file.write(dump_json(certificate(drive, result, LOXO_VERSION)) + "\n");
@@ -98,7 +99,7 @@ int run(const Globals& globals, const Options& o) {
     say(globals,
         fmt::format("against {}: {} (chi2 {:.3g}, probability {:.3g})", o.against,
                     drift.drifted ? "drifted" : "not drifted", drift.chi2, drift.probability));
-  print_diagnostics(globals, result.diagnostics);
+  print_diagnostics(globals, diagnostics);
   if (best == nullptr) {
     std::string reasons;
     for (const auto& m : result.methods) reasons += fmt::format("\n  {}: {}", m.method, m.why);

@@ -54,7 +54,8 @@ int transfer_budget(const Globals& globals, const TransferOptions& o) {
                 "--accel-bias")};
   const bool known = std::isfinite(unit.gyro_bias) && std::isfinite(unit.accel_bias);
   Diagnostics diagnostics = drive.diagnostics;
-  const TransferPoints track = transfer_points(drive, move, diagnostics);
+  const TransferPoints track =
+      telling(globals, diagnostics, [&] { return transfer_points(drive, move, diagnostics); });
   const TransferBudget b =
       loxo::transfer_budget(move.earth, track.points, track.step, sigma, o.draws, globals.seed);
 

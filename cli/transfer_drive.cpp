@@ -53,7 +53,9 @@ int transfer_drive(const Globals& globals, const TransferOptions& o) {
   Diagnostics diagnostics = drive.diagnostics;
   // One .h5 file is put together from a folder that is gone afterwards.
   DriveFolder folder(globals.output + (one_file ? ".parts" : ""));
-  const TransferResult r = loxo::transfer_drive(drive, settings, folder.path(), diagnostics);
+  const TransferResult r = telling(globals, diagnostics, [&] {
+    return loxo::transfer_drive(drive, settings, folder.path(), diagnostics);
+  });
   if (one_file)
     convert_drive(read_drive(folder.path()), globals.output, diagnostics);
   else

@@ -166,7 +166,9 @@ int transfer_trial(const Globals& globals, const TransferOptions& o) {
   PolarTrialResult r;
   {
     Progress progress(globals, "transfer test", 1.0);
-    r = polar_trial(drive, settings, diagnostics, [&](double x) { progress.at(x); });
+    r = telling(globals, diagnostics, [&] {
+      return polar_trial(drive, settings, diagnostics, [&](double x) { progress.at(x); });
+    });
   }
   std::vector<Summary> windows;
   for (const auto& w : r.windows) windows.push_back(summary_of(w));

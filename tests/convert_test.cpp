@@ -184,8 +184,8 @@ TEST(Convert, AFullDiskLeavesNothing) {
   const std::string to = scratch_folder() + "/limited";
   fs::create_directories(to);
   for (const std::string file : {"x.h5", "x.csv", "x.csv.gz"}) {
-    const std::string command = std::string("bash -c 'ulimit -f 16; ") + LOXO_PROGRAM +
-                                " navigate " + drive() + " --mode inertial -o " + to + "/" + file +
+    const std::string command = std::string("bash -c 'ulimit -f 16; ") + program() + " navigate " +
+                                drive() + " --mode inertial -o " + to + "/" + file +
                                 " 2>&1'; echo \"code $?\"";
     std::string text;
     std::FILE* pipe = ::popen(command.c_str(), "r");

@@ -279,12 +279,12 @@ TEST(InertialProgram, SwayingBaseIsAligned) {
 TEST(InertialProgram, CommandsOfThePageRun) {
   const fs::path folder = fs::path(scratch_folder()) / "inertial_page";
   fs::create_directories(folder);
-  std::ifstream page(std::string(LOXO_SOURCE_DIR) + "/docs/inertial.md");
+  std::ifstream page(std::string(source_folder()) + "/docs/inertial.md");
   int count = 0;
   for (std::string line; std::getline(page, line);) {
     if (line.rfind("    loxo ", 0) != 0) continue;
     const std::string command =
-        "cd " + folder.string() + " && " + LOXO_PROGRAM + line.substr(8) + " >out.txt 2>err.txt";
+        "cd " + folder.string() + " && " + program() + line.substr(8) + " >out.txt 2>err.txt";
     EXPECT_EQ(std::system(command.c_str()), 0) << line << slurp((folder / "err.txt").string());
     ++count;
   }

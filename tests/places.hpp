@@ -10,8 +10,3 @@ const char* program();        // build/loxo; empty in the tests of a room
 const char* embed_program();  // the example of embedding; empty in the tests of a room
 
 }  // namespace loxo::testing
-
-// Older names, until no test uses them.
-
-#define LOXO_SOURCE_DIR ::loxo::testing::source_folder()
-#define LOXO_PROGRAM ::loxo::testing::program()

@@ -13,7 +13,7 @@ namespace loxo::testing {
 namespace {
 
 std::string example(const std::string& name) {
-  return std::string(LOXO_SOURCE_DIR) + "/examples/drives/" + name;
+  return std::string(source_folder()) + "/examples/drives/" + name;
 }
 
 class RealDrives : public ::testing::Test {

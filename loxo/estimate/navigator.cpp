@@ -667,17 +667,8 @@ SolutionRow Navigator::row(FrameId frame) const {
 
 SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Covariance<kStates>& P,
                          FrameId frame, std::uint32_t health) {
-  SolutionRow r;
-  const Geodetic<double> g = to_geodetic(ell, s.r);
-  const Rot<Geographic, Ecef> C = geographic_axes(g.lat, g.lon);
-  const Vec<Geographic> v = C * s.v;
-  const Euler<double> e = to_euler(C * to_matrix(s.q));
-  r.t = s.t;
-  r.lat = g.lat, r.lon = g.lon, r.h = g.h;
-  r.ve = v.x, r.vn = v.y, r.vu = v.z;
-  r.roll = e.roll, r.pitch = e.pitch, r.heading = e.heading;
-  r.qw = s.q.w, r.qx = s.q.x, r.qy = s.q.y, r.qz = s.q.z;
-  r.x = s.r.x, r.y = s.r.y, r.z = s.r.z;
+  SolutionRow r = solution_row(ell, s.t, s.r, s.v, s.q);
+  const Rot<Geographic, Ecef> C = geographic_axes(r.lat, r.lon);
   double* std[3] = {&r.std_e, &r.std_n, &r.std_u};
   for (int i = 0; i < 3; ++i) {
     double sum = 0;
@@ -687,8 +678,8 @@ SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Cova
   }
   // Phi_U = psi_U + tanL dE/(N+h): the sigma of the true heading. [EST-2]
   double sl, cl;
-  sincos(g.lat, sl, cl);
-  const double turn = sl / max(cl, 1e-12) / (prime_vertical_radius(ell, sl) + g.h);
+  sincos(r.lat, sl, cl);
+  const double turn = sl / max(cl, 1e-12) / (prime_vertical_radius(ell, sl) + r.h);
   double c[9]{}, sum = 0;
   for (int j = 0; j < 3; ++j) c[j] = C.m[2][j], c[kDr + j] = turn * C.m[0][j];
   for (int i = 0; i < 9; ++i)

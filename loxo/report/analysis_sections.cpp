@@ -5,31 +5,13 @@
 #include <cmath>
 #include <utility>
 
+#include "loxo/report/json_parts.hpp"
 #include "loxo/report/json_sections.hpp"
 #include "loxo/report/page_html.hpp"
 
 namespace loxo::report {
 namespace {
 
-double number(const Json& json, const char* key) {
-  const auto it = json.find(key);
-  return it != json.end() && it->is_number() ? it->get<double>() : kNoValue;
-}
-std::string words(const Json& json, const char* key) {
-  const auto it = json.find(key);
-  return it != json.end() && it->is_string() ? it->get<std::string>() : std::string();
-}
-std::vector<double> numbers(const Json& json, const char* key) {
-  std::vector<double> out;
-  const auto it = json.find(key);
-  if (it == json.end() || !it->is_array()) return out;
-  for (const auto& x : *it) out.push_back(x.is_number() ? x.get<double>() : kNoValue);
-  return out;
-}
-std::string spaced(std::string text) {
-  std::replace(text.begin(), text.end(), '_', ' ');
-  return text;
-}
 const Json& list_of(const Json& json, const char* key) {
   static const Json none = Json::array();
   const auto it = json.find(key);
@@ -81,7 +63,7 @@ Section static_response_section(const Json& json, const std::string& name) {
     s.half = true;
     for (const auto& r : list_of(json, "responses")) {
       Curve curve;
-      curve.name = spaced(words(r, "source"));
+      curve.name = with_spaces(words(r, "source"));
       curve.source = curve.name;
       curve.y = numbers(r, c.key);
       if (curve.name == "sum") curve.style = Style::kDashed;
@@ -95,7 +77,7 @@ Section static_response_section(const Json& json, const std::string& name) {
                    {"level", "″"}, {"azimuth", "″"}, {"end", "m"}};
   for (const auto& r : list_of(json, "sources"))
     table.rows.push_back(
-        {{Cell(spaced(words(r, "source"))), four(number(r, "north_max_m")),
+        {{Cell(with_spaces(words(r, "source"))), four(number(r, "north_max_m")),
           four(number(r, "east_max_m")), four(number(r, "velocity_max_mps")),
           four(number(r, "level_max_arcsec")), four(number(r, "azimuth_max_arcsec")),
           four(std::hypot(number(r, "north_end_m"), number(r, "east_end_m")))}});
@@ -106,7 +88,7 @@ Section static_response_section(const Json& json, const std::string& name) {
                    {"dvN", "m/s"}, {"tilt E", "″"}, {"tilt N", "″"}, {"azimuth", "″"}};
   for (const auto& r : list_of(json, "noise"))
     noise.rows.push_back(
-        {{Cell(spaced(words(r, "source"))), four(number(r, "north_std_end_m")),
+        {{Cell(with_spaces(words(r, "source"))), four(number(r, "north_std_end_m")),
           four(number(r, "east_std_end_m")), four(number(r, "dve_std_end_mps")),
           four(number(r, "dvn_std_end_mps")), four(number(r, "phie_std_end_arcsec")),
           four(number(r, "phin_std_end_arcsec")), four(number(r, "phiu_std_end_arcsec"))}});
@@ -143,11 +125,11 @@ Section budget_section(const Json& json, const std::string& name) {
   section.title = titled("Error budget", name);
   std::vector<double> t = numbers(json, "t_s");
   const std::string mode = words(json, "mode");
-  section.blocks.emplace_back(Text{"Solution by **" + mode + "**, along the " +
-                                   words(json, "nominal") +
-                                   ". One standard deviation at the end: **" +
-                                   format_number(number(json, "horizontal_end_m"), kNoValue, 4) +
-                                   " m**, led by **" + spaced(words(json, "leading")) + "**."});
+  section.blocks.emplace_back(
+      Text{"Solution by **" + mode + "**, along the " + words(json, "nominal") +
+           ". One standard deviation at the end: **" +
+           format_number(number(json, "horizontal_end_m"), kNoValue, 4) + " m**, led by **" +
+           with_spaces(words(json, "leading")) + "**."});
   const Axis x = time_axis(t);
   StackedArea stack;
   stack.title = "Variance of the horizontal position, by source";
@@ -166,7 +148,7 @@ Section budget_section(const Json& json, const std::string& name) {
   table.columns = {
       {"source", ""}, {"end", "m"}, {"share", "%"}, {"largest", "m"}, {"total if halved", "m"}};
   for (const auto& s : list_of(json, "sources")) {
-    const std::string source = spaced(words(s, "source"));
+    const std::string source = with_spaces(words(s, "source"));
     Layer layer{source, numbers(s, "horizontal_variance_m2")};
     if (layer.y.size() == t.size()) {
       Curve curve;
@@ -198,16 +180,17 @@ Section odometer_section(const Json& json, const std::string& name) {
       "A drive of **" + format_number(number(json, "length_m"), kNoValue, 6) +
       " m** finds the scale to **" + format_number(number(json, "ln_k_std"), kNoValue, 3) +
       "** and the mounting angle to **" + format_number(number(json, "eps_std_deg"), kNoValue, 3) +
-      " deg** (one standard deviation). Scale: led by " + spaced(words(json, "leading_scale")) +
-      ", improved most by “" + words(json, "improves_scale_most") + "”. Angle: led by " +
-      spaced(words(json, "leading_angle")) + ", improved most by “" +
+      " deg** (one standard deviation). Scale: led by " +
+      with_spaces(words(json, "leading_scale")) + ", improved most by “" +
+      words(json, "improves_scale_most") + "”. Angle: led by " +
+      with_spaces(words(json, "leading_angle")) + ", improved most by “" +
       words(json, "improves_angle_most") + "”."});
   Table table;
   table.title = "By source";
   table.columns = {
       {"source", ""}, {"scale", "1"}, {"share", "%"}, {"angle", "deg"}, {"share", "%"}};
   for (const auto& s : list_of(json, "sources"))
-    table.rows.push_back({{Cell(spaced(words(s, "source"))), four(number(s, "ln_k_std")),
+    table.rows.push_back({{Cell(with_spaces(words(s, "source"))), four(number(s, "ln_k_std")),
                            four(100 * number(s, "share_of_scale")), four(number(s, "eps_std_deg")),
                            four(100 * number(s, "share_of_angle"))}});
   section.blocks.emplace_back(std::move(table));
@@ -268,8 +251,8 @@ Section allan_log_section(const Json& json, const std::string& name) {
     for (const auto& [axis, a] : axes->items()) {
       if ((axis.find("gyro") != std::string::npos) != gyro) continue;
       Curve measured, fit;
-      measured.name = spaced(axis);
-      fit.name = spaced(axis) + " fit";
+      measured.name = with_spaces(axis);
+      fit.name = with_spaces(axis) + " fit";
       fit.source = measured.source = measured.name;
       measured.style = Style::kLinePoints;
       fit.style = Style::kDashed;
@@ -300,7 +283,7 @@ Section allan_log_section(const Json& json, const std::string& name) {
       if ((axis.find("gyro") != std::string::npos) != gyro) continue;
       Row row;
       const bool usable = a.value("usable", true);
-      row.cells.emplace_back(spaced(axis), usable ? Verdict::kGood : Verdict::kBad);
+      row.cells.emplace_back(with_spaces(axis), usable ? Verdict::kGood : Verdict::kBad);
       for (const auto& k : keys)
         row.cells.emplace_back(number(a, k.c_str()), number(a, (k + "_std").c_str()));
       row.cells.push_back(four(100 * number(a, "model_error")));

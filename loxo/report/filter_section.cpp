@@ -3,25 +3,13 @@
 
 #include <cmath>
 
+#include "loxo/report/json_parts.hpp"
 #include "loxo/report/json_sections.hpp"
 #include "loxo/report/page_html.hpp"
 
 namespace loxo::report {
 namespace {
 
-double number(const Json& json, const char* key) {
-  const auto it = json.find(key);
-  return it != json.end() && it->is_number() ? it->get<double>() : kNoValue;
-}
-std::string words(const Json& json, const char* key) {
-  const auto it = json.find(key);
-  return it != json.end() && it->is_string() ? it->get<std::string>() : std::string();
-}
-std::string spaced(std::string text) {
-  for (char& c : text)
-    if (c == '_') c = ' ';
-  return text;
-}
 std::vector<double> column(const Json& rows, const char* key) {
   std::vector<double> out;
   for (const auto& r : rows) out.push_back(number(r, key));
@@ -61,8 +49,8 @@ Table innovations_table(const Json& innovations) {
                           : nis > high ? "wider than stated"
                                        : "as stated";
     if (coloured) verdict += ", coloured";
-    t.rows.push_back({{Cell(spaced(name)), Cell(number(s, "used")), Cell(number(s, "deweighted")),
-                       Cell(number(s, "rejected")), Cell(nis),
+    t.rows.push_back({{Cell(with_spaces(name)), Cell(number(s, "used")),
+                       Cell(number(s, "deweighted")), Cell(number(s, "rejected")), Cell(nis),
                        Cell(format_number(low) + " … " + format_number(high)),
                        Cell(100 * number(s, "nis_above_95")), Cell(lag),
                        Cell(verdict, nis > high ? Verdict::kBad : Verdict::kNone)}});
@@ -147,7 +135,7 @@ Section filter_section(const Json& json, const std::string& name) {
     for (const auto& [sensor, values] : it->items()) {
       if (sensor == "t_s") continue;
       Curve c;
-      c.name = spaced(sensor);
+      c.name = with_spaces(sensor);
       c.style = Style::kLinePoints;
       for (const auto& x : values)
         c.y.push_back(x.is_number() && x.get<double>() > 0 ? x.get<double>() : kNoValue);

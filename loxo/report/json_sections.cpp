@@ -10,19 +10,12 @@
 
 #include "loxo/report/analysis_sections.hpp"
 #include "loxo/report/filter_section.hpp"
+#include "loxo/report/json_parts.hpp"
 #include "loxo/report/page_html.hpp"
 
 namespace loxo::report {
 namespace {
 
-double number(const Json& json, const std::string& key) {
-  const auto it = json.find(key);
-  return it != json.end() && it->is_number() ? it->get<double>() : kNoValue;
-}
-std::string words(const Json& json, const std::string& key) {
-  const auto it = json.find(key);
-  return it != json.end() && it->is_string() ? it->get<std::string>() : std::string();
-}
 const Json* part(const Json& json, const std::string& key) {
   const auto it = json.is_object() ? json.find(key) : json.end();
   return it != json.end() ? &*it : nullptr;
@@ -36,11 +29,6 @@ bool is_list_of_numbers(const Json& json) {
          std::all_of(json.begin(), json.end(),
                      [](const Json& j) { return j.is_number() || j.is_null(); }) &&
          std::any_of(json.begin(), json.end(), [](const Json& j) { return j.is_number(); });
-}
-std::vector<double> numbers(const Json& json) {
-  std::vector<double> out;
-  for (const auto& j : json) out.push_back(j.is_number() ? j.get<double>() : kNoValue);
-  return out;
 }
 std::string as_words(const Json& json) {
   if (json.is_string()) return json.get<std::string>();
@@ -57,10 +45,6 @@ std::string as_words(const Json& json) {
 Cell cell_of(const Json& json, double sigma = kNoValue) {
   if (json.is_number()) return Cell(json.get<double>(), sigma);
   return Cell(as_words(json));
-}
-std::string with_spaces(std::string text) {
-  std::replace(text.begin(), text.end(), '_', ' ');
-  return text;
 }
 bool ends(const std::string& text, std::string_view tail) {
   return text.size() > tail.size() && text.ends_with(tail);

@@ -15,6 +15,7 @@
 #include "loxo/num/random.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/sim/polar_mover.hpp"
+#include "loxo/sim/transfer_error.hpp"
 
 namespace loxo {
 namespace {
@@ -60,9 +61,6 @@ struct Unit {
     return s;
   }
 };
-struct Reference {  // constant errors of what the conversion is told
-  double heading = 0, pitch = 0, roll = 0, ve = 0, vn = 0;
-};
 
 class Test100Units {
  public:
@@ -85,21 +83,14 @@ class Test100Units {
   const Log& home_log() const { return home_log_; }
   const Log& polar_log() const { return polar_log_; }
   // The recorded log, converted with the reference as it is said to be.
-  Log moved(const Log& log, const Reference& e) const {
-    std::vector<ReferenceEpoch> said;
-    for (const auto& k : epochs_) {
-      auto s = to_transverse_state(home_.ell, kLon0, k.e);
-      auto a = to_euler(s.C_tb);
-      a.heading += e.heading, a.pitch += e.pitch, a.roll += e.roll;
-      s.C_tb = to_matrix<Transverse>(a);
-      s.v.x += e.ve, s.v.y += e.vn;
-      said.push_back({k.t, to_ecef_pose(home_.ell, kLon0, s)});
-      said.back().e.r = k.e.r;
-    }
+  Log moved(const Log& log, const ReferenceError& e) const {
+    const PolarMove move{home_.ell, kLon0, angle_, Keep::kPath};
+    auto said = epochs_;
+    for (auto& epoch : said) epoch.e = said_by(move, epoch.e, e);
     Log out;
     std::size_t k = 0;
     PolarMover mover(
-        {home_.ell, kLon0, angle_, Keep::kPath},
+        move,
         [&]() -> std::optional<ReferenceEpoch> {
           return k < said.size() ? std::optional(said[k++]) : std::nullopt;
         },
@@ -142,14 +133,14 @@ class Test100Units {
 
 // 1 sigma of everything that is drawn for a unit and its reference.
 constexpr double kGyro = 0.01 * deg_per_h, kAccel = 20 * ug, kScale = 100e-6, kTilt = 20 * arcsec;
-const Reference kSigma{3 * arcmin, 1 * arcmin, 1 * arcmin, 0.1, 0.1};
+const ReferenceError kSigma{3 * arcmin, 1 * arcmin, 1 * arcmin, 0.1, 0.1};
 
 double* part(Unit& u, int i) {
   Vec<Body, double>* v[] = {&u.gyro_scale, &u.accel_scale, &u.gyro_tilt, &u.accel_tilt};
   Vec<Body, double>& a = *v[i / 3];
   return i % 3 == 0 ? &a.x : i % 3 == 1 ? &a.y : &a.z;
 }
-double* part(Reference& r, int i) {
+double* part(ReferenceError& r, int i) {
   double* v[] = {&r.heading, &r.pitch, &r.roll, &r.ve, &r.vn};
   return v[i];
 }
@@ -174,8 +165,8 @@ TEST(PolarUnits, AMovedRecordPerformsAsTheVoyageAtThePoleItself) {  // polar.md 
     for (std::size_t j = 0; j < 5; ++j) variance[j] += (d[j] - none[j]) * (d[j] - none[j]);
   };
   for (int i = 0; i < 5; ++i) {
-    Reference e;
-    Reference sigma = kSigma;
+    ReferenceError e;
+    ReferenceError sigma = kSigma;
     *part(e, i) = *part(sigma, i);
     add(test.difference(test.navigated(test.moved(test.home_log(), e)), direct));
   }
@@ -199,8 +190,8 @@ TEST(PolarUnits, AMovedRecordPerformsAsTheVoyageAtThePoleItself) {  // polar.md 
     unit.accel = Vec<Body, double>{z[3], z[4], z[5]} * kAccel;
     unit.gyro_noise = 0.002 * deg / 60;
     unit.accel_noise = 1e-4;
-    Reference e;
-    Reference sigma = kSigma;
+    ReferenceError e;
+    ReferenceError sigma = kSigma;
     for (int i = 0; i < 12; ++i)
       *part(unit, i) = z[static_cast<std::size_t>(i) + 6] * (i < 6 ? kScale : kTilt);
     for (int i = 0; i < 5; ++i) *part(e, i) = z[static_cast<std::size_t>(i) + 18] * *part(sigma, i);

@@ -31,6 +31,18 @@ void set_gravity(const Ellipsoid& earth, TransferPoint& point, double h) {
   point.gm = normal_gravity(earth, cos(point.tlat) * cos(point.tlon - point.angle), h);
 }
 
+EcefPose<double> said_by(const PolarMove& move, const EcefPose<double>& truth,
+                         const ReferenceError& e) {
+  auto s = to_transverse_state(move.earth, move.lon0, truth);
+  auto a = to_euler(s.C_tb);
+  a.heading += e.heading, a.pitch += e.pitch, a.roll += e.roll;
+  s.C_tb = to_matrix<Transverse>(a);
+  s.v.x += e.ve, s.v.y += e.vn;
+  EcefPose<double> said = to_ecef_pose(move.earth, move.lon0, s);
+  said.r = truth.r;
+  return said;
+}
+
 AB transfer_ab(double tlon, double angle) {
   // As products of sines: no cancellation for a small angle.
   double sh, ch, sm, cm;

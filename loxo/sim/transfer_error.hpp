@@ -28,6 +28,11 @@ struct ReferenceError {
   double g = 0, gm = 0;
 };
 
+// The state that a reference with these errors says: heading, level and transverse velocity wrong,
+// the position true.
+EcefPose<double> said_by(const PolarMove& move, const EcefPose<double>& truth,
+                         const ReferenceError& e);
+
 // (14): A = cos l - cos(l - Lambda), B = sin l - sin(l - Lambda). dA/dl = -B, dB/dl = A, A^2 + B^2
 // = 4 sin^2(Lambda/2) (25).
 struct AB {

@@ -80,10 +80,11 @@ const Calibration* DriveCalibration::find(const std::string& name) const {
   return nullptr;
 }
 
-DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& options) {
+DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& options,
+                                 Diagnostics& diagnostics) {
   DriveCalibration out;
   const std::string where = drive.path;
-  auto steps = read_track(drive, out.diagnostics);
+  auto steps = read_track(drive, diagnostics);
   if (steps.size() < 2)
     throw Error(ErrorKind::kInput,
                 fmt::format("expected a track of at least two rows, found {}", steps.size()),
@@ -224,7 +225,7 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
     } else {
       Diagnostics told;
       const auto r = online_calibration(drive, told);
-      out.diagnostics.append(told);
+      diagnostics.append(told);
       c.valid = r.valid;
       c.why = r.why;
       c.k = r.k;

@@ -24,13 +24,13 @@ struct DriveCalibration {
   double chord = 0, route = 0,
          signed_area = 0;           // m, m, m^2 (vehicle.md 2.4), of the calibrated track
   double metres_per_pulse = kNone;  // calibrated; kNone where the odometer does not count
-  Diagnostics diagnostics;
 
   const Calibration* find(const std::string& name) const;
 };
 // Throws Error(kInput): no track, fewer than two benchmarks, a benchmark outside the log, a log of
 // one row.
-DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& options);
+DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& options,
+                                 Diagnostics& diagnostics);
 
 // The sensor errors that a drive declares for its track; 0 where it declares none.
 TrackErrorModel track_error_model(const Drive& drive);

@@ -187,20 +187,9 @@ EndError end_error(const PolarMove& move, const EcefState<double>& x, const Refe
   return {{r.x, r.y}, -turn.z};
 }
 
-// The epochs as a reference with these errors would say them: positions stay.
-Epochs with_error(const PolarMove& move, const Epochs& epochs, const ReferenceError& e) {
-  Epochs out;
-  out.reserve(epochs.size());
-  for (const auto& k : epochs) {
-    auto s = to_transverse_state(move.earth, move.lon0, k.e);
-    auto a = to_euler(s.C_tb);
-    a.heading += e.heading, a.pitch += e.pitch, a.roll += e.roll;
-    s.C_tb = to_matrix<Transverse>(a);
-    s.v.x += e.ve, s.v.y += e.vn;
-    out.push_back({k.t, to_ecef_pose(move.earth, move.lon0, s)});
-    out.back().e.r = k.e.r;
-  }
-  return out;
+Epochs with_error(const PolarMove& move, Epochs epochs, const ReferenceError& e) {
+  for (ReferenceEpoch& k : epochs) k.e = said_by(move, k.e, e);
+  return epochs;
 }
 
 struct Moved {
@@ -248,6 +237,7 @@ PolarTrialResult polar_trial(const Drive& drive, const PolarTrialSettings& setti
   Log log;
   {
     ImuReader reader(drive, diagnostics);
+    if (!reader.unit_fault().empty()) throw Error(ErrorKind::kInput, reader.unit_fault());
     ImuIncrement<double> u;
     while (reader.next(u)) log.push_back(u);
   }

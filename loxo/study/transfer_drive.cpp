@@ -427,6 +427,7 @@ TransferResult transfer_drive(const Drive& drive, const TransferSettings& settin
   if (drive.imu.present) {
     ImuReader reader(drive, diagnostics);
     interval = reader.interval();
+    if (!reader.unit_fault().empty()) throw Error(ErrorKind::kInput, reader.unit_fault());
     ImuIncrement<double> u;
     while (reader.next(u)) mover.add(u);
   }
