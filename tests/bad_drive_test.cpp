@@ -171,6 +171,15 @@ TEST(BadDrive, WhatTheFileHolds) {
           {"track.csv.gz:", "truncated gzip", "are kept"});
   EXPECT_GT(columns(slurp(output())).at("t_s").size(), 1000u);
   fs::remove(output());
+  // What follows from the cut comes after it: the user reads the cause first.
+  std::string late = kTrack;
+  late.insert(late.find("[[benchmark]]", late.find("[[benchmark]]") + 1),
+              "[[benchmark]]\nname = \"late\"\nafter_row = 3990\nlat_deg = 55.2\nlon_deg = 10.1\n");
+  put(cut + "/drive.toml", replaced(late, "track.csv", "track.csv.gz"));
+  const Outcome told = run("calibrate " + cut);
+  EXPECT_NE(told.exit_code, 0);
+  EXPECT_NE(told.err.find("3990"), std::string::npos) << told.err;
+  EXPECT_LT(told.err.find("truncated gzip"), told.err.find("3990")) << told.err;
 }
 
 TEST(BadDrive, WhatCannotBeComputed) {

@@ -13,6 +13,7 @@
 #include "loxo/sim/polar_mover.hpp"
 #include "loxo/sim/trajectory.hpp"
 #include "loxo/sim/transfer_error.hpp"
+#include "loxo/sim/transfer_voyage.hpp"
 #include "loxo/study/campaign_pool.hpp"
 
 namespace loxo::papers {
@@ -62,90 +63,9 @@ void table1(Book& book, Paper& paper) {
   paper.figures.push_back({"table1", f});
 }
 
-// A voyage like the paper's, which is not published: 11.6 h off 31 N, 122.7 E (polar.md 9.2).
-struct Turn {
-  double start, course, speed;  // s, deg, m/s
-};
-struct Sine {
-  double amplitude, period, phase;  // deg, s, rad
-  double at(double t) const { return amplitude * std::sin(2 * kPi * t / period + phase) * deg; }
-};
-constexpr Turn kTurns[] = {{0, 20, 6},      {5400, 75, 7.5}, {10800, 140, 7.5}, {14400, 140, 5},
-                           {18000, 230, 7}, {25200, 310, 8}, {32400, 30, 6.5},  {37800, 190, 4}};
-constexpr double kLon0 = 122.9 * deg, kAngle = 1.029, kEnd = 11.6 * 3600;
-
-double course(double t) {
-  double c = kTurns[0].course;
-  for (std::size_t i = 1; i < std::size(kTurns); ++i) {
-    const double turn = std::remainder(kTurns[i].course - kTurns[i - 1].course, 360.0);
-    c +=
-        turn * 0.5 * (1 + std::tanh((t - kTurns[i].start) / std::max(std::fabs(turn) / 1.6, 20.0)));
-  }
-  return c * deg;
-}
-double speed(double t) {
-  double v = kTurns[0].speed;
-  for (std::size_t i = 1; i < std::size(kTurns); ++i)
-    v += (kTurns[i].speed - kTurns[i - 1].speed) * 0.5 *
-         (1 + std::tanh((t - kTurns[i].start) / 60.0));
-  return v;
-}
-
-struct At {
-  double t, lat, lon;
-  TransferPoint p;
-};
-std::vector<At> sail(const Ellipsoid& earth, bool level) {
-  std::vector<At> points;
-  double lat = 30.9 * deg, lon = 122.7 * deg;
-  for (int t = 0; t <= kEnd; ++t) {
-    const double sigma = transverse_convergence(lat, lon, kLon0);
-    const auto tr = to_transverse(lat, lon, kLon0);
-    const double c = course(t), v = speed(t);
-    TransferPoint p;
-    p.tlat = tr.tlat;
-    p.tlon = tr.tlon;
-    p.angle = kAngle;
-    p.ve = v * std::sin(c - sigma);
-    p.vn = v * std::cos(c - sigma);
-    p.heading = c - sigma + Sine{1.0, 17.3, 0.3}.at(t) + Sine{0.8, 61, 1.0}.at(t);
-    if (!level) {
-      p.pitch = Sine{1.5, 6.7, 0.9}.at(t) + Sine{0.6, 10.9, 2.0}.at(t) + 0.3 * deg;
-      p.roll = Sine{4.0, 9.3, 0.1}.at(t) + Sine{1.5, 13.7, 1.4}.at(t) - 0.5 * deg;
-    }
-    set_gravity(earth, p);
-    points.push_back({double(t), lat, lon, p});
-    const double cm = course(t + 0.5), vm = speed(t + 0.5);
-    const double mid = lat + vm * std::cos(cm) * 0.5 / meridian_radius(earth, std::sin(lat));
-    lat += vm * std::cos(cm) / meridian_radius(earth, std::sin(mid));
-    lon += vm * std::sin(cm) / (prime_vertical_radius(earth, std::sin(mid)) * std::cos(mid));
-  }
-  return points;
-}
-
-// The reference's errors of section 3.2: 1' of pitch and roll, 3' of heading, 0.1 and -0.1 m/s,
-// 5 m east and 5 m north.
-ReferenceError reference_error(const Ellipsoid& earth, const At& at, bool position) {
-  ReferenceError e;
-  e.pitch = e.roll = 1 * arcmin;
-  e.heading = 3 * arcmin;
-  e.ve = 0.1;
-  e.vn = -0.1;
-  if (!position) return e;
-  const double s = std::sin(at.lat);
-  const auto tr =
-      to_transverse(at.lat + 5.0 / meridian_radius(earth, s),
-                    at.lon + 5.0 / (prime_vertical_radius(earth, s) * std::cos(at.lat)), kLon0);
-  e.tlat = tr.tlat - at.p.tlat;
-  e.tlon = tr.tlon - at.p.tlon;
-  TransferPoint q = at.p;
-  q.tlat = tr.tlat;
-  q.tlon = tr.tlon;
-  set_gravity(earth, q);
-  e.g = q.g - at.p.g;
-  e.gm = q.gm - at.p.gm;
-  return e;
-}
+// The paper's own voyage is not published: polar.md 9.2 has one like it.
+const TransferVoyage kVoyage;
+const double kLon0 = kVoyage.lon0, kAngle = kVoyage.angle;
 
 struct Extremes {
   double x = 0, y = 0, z = 0, norm_max = 0;
@@ -188,8 +108,8 @@ report::Series traces(const char* title, const char* caption, const report::Axis
   return f;
 }
 
-void figure3(const std::vector<At>& points, const std::vector<double>& hours, std::size_t every,
-             Paper& paper) {
+void figure3(const std::vector<VoyagePoint>& points, const std::vector<double>& hours,
+             std::size_t every, Paper& paper) {
   report::Map map;
   map.title = "Figure 3: where the transfer takes the voyage";
   map.caption =
@@ -239,7 +159,7 @@ void figure3(const std::vector<At>& points, const std::vector<double>& hours, st
 
 void voyage(const Ellipsoid& earth, const Options& o, Book& book, Paper& paper) {
   const Ellipsoid ball = o.model.of(make_sphere(6371000.0));
-  const auto points = sail(earth, false), level = sail(earth, true);
+  const auto points = sail(earth, kVoyage, 1, false), level = sail(earth, kVoyage, 1, true);
   double lmin = 1e9, lmax = -1e9;
   for (const auto& at : points) {
     lmin = std::min(lmin, at.p.tlon);
@@ -268,7 +188,8 @@ void voyage(const Ellipsoid& earth, const Options& o, Book& book, Paper& paper) 
   double coefficient_apart = 0, largest[2] = {0, 0};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto& at = points[i];
-    const auto e = reference_error(earth, at, true), e0 = reference_error(earth, at, false);
+    const auto e = voyage_reference_error(earth, kVoyage, at, true),
+               e0 = voyage_reference_error(earth, kVoyage, at, false);
     const auto c = convert(earth, at.p), cs = convert(ball, at.p);
     df.add(c.df);
     dw.add(c.dw);
@@ -350,7 +271,7 @@ void voyage(const Ellipsoid& earth, const Options& o, Book& book, Paper& paper) 
   }
   Extremes flat_f, flat_w, flat_tf, flat_tw;
   for (const auto& at : level) {
-    const auto e = reference_error(earth, at, true);
+    const auto e = voyage_reference_error(earth, kVoyage, at, true);
     const auto d = conversion_error(earth, at.p, e);
     const auto phi = attitude_error_vector(at.p, e);
     const auto k = error_coefficients(ab.A, ab.B, w, G, at.p.heading);
