@@ -12,6 +12,7 @@ NavigatorConfig standing(const FineAlignmentConfig& c) {
   n.use_zaru = c.quiet;
   n.vertical_std = 0;
   n.fix_std_min = 0;
+  n.late_limit = 0;
   for (double& l : n.fix_lever) l = 0;
   return n;
 }

@@ -17,33 +17,46 @@ namespace {
 constexpr double kChi95[4] = {0, 3.841458820694124, 5.991464547107979, 7.814727903251179};
 constexpr double kChiGate[4] = {0, 23.92812697687947, 27.631021115871036, 30.66484962115624};
 
+// What waits and what was used lately, in order of its times; fixed capacity. `from`: not before
+// the strapdown has passed this time, so that doing a stretch again finds every measurement when it
+// came.
 template <class T>
-class Ring {  // fixed capacity, time order kept by insertion from the back
+class Ring {
  public:
   explicit Ring(std::size_t capacity) : data_(capacity) {}
-  bool empty() const { return n_ == 0; }
-  const T& front() const { return data_[first_]; }
-  void pop() {
-    first_ = (first_ + 1) % data_.size();
-    --n_;
+  bool ready(double now, double shift = 0) const {
+    return next_ < end_ && at(next_).x.t - shift <= now + 1e-9 && at(next_).from < now;
   }
-  bool push(const T& x) {
-    if (n_ == data_.size()) return false;
-    std::size_t i = n_;
-    while (i > 0 && at(i - 1).t > x.t) {
-      at(i) = at(i - 1);
+  T take() { return at(next_++).x; }
+  bool push(const T& x, double from) {
+    if (end_ - begin_ == data_.size()) {
+      if (begin_ == next_) return false;
+      begin_ = next_;  // what was used is forgotten first
+    }
+    std::uint64_t i = end_;
+    while (i > begin_ && at(i - 1).x.t > x.t) {
+      slot(i) = at(i - 1);
       --i;
     }
-    at(i) = x;
-    ++n_;
+    slot(i) = {x, from};
+    if (i < next_) ++next_;
+    ++end_;
     return true;
   }
-  void clear() { n_ = 0; }
+  std::uint64_t cursor() const { return next_; }
+  bool remembers(std::uint64_t cursor) const { return cursor >= begin_; }
+  void go_back(std::uint64_t cursor) { next_ = cursor; }
+  void forget(std::uint64_t before) { begin_ = before; }
 
  private:
-  T& at(std::size_t i) { return data_[(first_ + i) % data_.size()]; }
-  std::vector<T> data_;
-  std::size_t first_ = 0, n_ = 0;
+  struct Entry {
+    T x;
+    double from = 0;
+  };
+  Entry& slot(std::uint64_t i) { return data_[i % data_.size()]; }
+  const Entry& at(std::uint64_t i) const { return data_[i % data_.size()]; }
+  std::vector<Entry> data_;
+  std::uint64_t begin_ = 0, next_ = 0, end_ = 0;
 };
 
 Vec<Ecef> row_of(const Block3<>& c, int i) { return {c.m[i][0], c.m[i][1], c.m[i][2]}; }
@@ -66,6 +79,51 @@ struct Navigator::Pending {
   Ring<HeightSample> heights{1024};
   Ring<VelocitySample> velocities{1024};
   double last_tick = -1e300;
+  bool started = false;
+  std::array<std::uint64_t, 5> cursors() const {
+    return {ticks.cursor(), fixes.cursor(), headings.cursor(), heights.cursor(),
+            velocities.cursor()};
+  }
+  bool remembers(const std::array<std::uint64_t, 5>& c) const {
+    return ticks.remembers(c[0]) && fixes.remembers(c[1]) && headings.remembers(c[2]) &&
+           heights.remembers(c[3]) && velocities.remembers(c[4]);
+  }
+  void go_back(const std::array<std::uint64_t, 5>& c) {
+    ticks.go_back(c[0]), fixes.go_back(c[1]), headings.go_back(c[2]), heights.go_back(c[3]),
+        velocities.go_back(c[4]);
+  }
+  void forget(const std::array<std::uint64_t, 5>& c) {
+    ticks.forget(c[0]), fixes.forget(c[1]), headings.forget(c[2]), heights.forget(c[3]),
+        velocities.forget(c[4]);
+  }
+};
+
+// The filter as it was at a few past times, and the samples since the first of them.
+struct Navigator::History {
+  struct Mark {
+    NavigatorMemory memory;
+    std::array<std::uint64_t, 5> cursors{};
+    std::uint64_t sample = 0;  // of the next sample
+  };
+  History(const NavigatorConfig& c)
+      : limit(c.late_limit),
+        period(max(0.25, c.late_limit / 16)),
+        marks(static_cast<std::size_t>(c.late_limit / period) + 3,
+              Mark{NavigatorMemory(c.standstill), {}, 0}),
+        samples(static_cast<std::size_t>(
+                    min(1e6, (c.late_limit + 2 * period) / max(c.imu_interval, 1e-4))) +
+                64) {}
+  Mark& mark(std::size_t i) { return marks[(first + i) % marks.size()]; }
+  ImuIncrement<double>& sample(std::uint64_t i) { return samples[i % samples.size()]; }
+  void drop_oldest() {
+    first = (first + 1) % marks.size();
+    --count;
+  }
+  double limit, period;
+  std::vector<Mark> marks;
+  std::vector<ImuIncrement<double>> samples;
+  std::size_t first = 0, count = 0;
+  std::uint64_t end = 0;
 };
 
 const char* sensor_name(Sensor s) {
@@ -76,11 +134,12 @@ const char* sensor_name(Sensor s) {
 }
 
 Navigator::Navigator(const NavigatorConfig& config)
-    : config_(config),
+    : NavigatorMemory(config.standstill),
+      config_(config),
       product_(std::make_unique<TransitionProduct>()),
       earth_(make_earth_model(config.ellipsoid)),
-      detector_(config.standstill),
-      pending_(std::make_unique<Pending>()) {}
+      pending_(std::make_unique<Pending>()),
+      history_(config.late_limit > 0 ? std::make_unique<History>(config) : nullptr) {}
 Navigator::~Navigator() = default;
 
 void Navigator::start(const NavigatorStart& start) {
@@ -91,35 +150,104 @@ void Navigator::start(const NavigatorStart& start) {
   product_->clear();
   std::fill(std::begin(x_), std::end(x_), 0.0);
   stopped_t_ = s_.t;
+  pending_->started = true;
+  rewind_to_ = 1e300;
+  if (history_) history_->count = 0;
   if (tape_) tape_->epoch(s_, P_, health());
 }
 
+// The time from which a measurement may be used: now, where it is ahead of the strapdown; its own
+// time, where the filter can go back to it; NaN: too old. Within one sample of its own it is in
+// time too where nothing is remembered of before, and for a wheel always.
+double Navigator::arrival(double t, bool near_is_in_time) {
+  if (!pending_->started) return -1e300;
+  const double age = s_.t - t;
+  const bool near = age <= config_.imu_interval * (1 + 1e-6);
+  if (age < -1e-9 || (near && near_is_in_time)) return s_.t;
+  const bool remembered =
+      history_ && !tape_ && history_->count > 0 && age <= history_->limit + 1e-9 &&
+      history_->mark(0).memory.s_.t < t - 1e-9 && pending_->remembers(history_->mark(0).cursors);
+  if (remembered) {
+    ++events_.rewound;
+    rewind_to_ = min(rewind_to_, t);
+    return t - 1e-8;
+  }
+  if (near) return s_.t;
+  ++events_.late;
+  next_health_ |= kHealthRejected;
+  return kNone;
+}
 bool Navigator::odometer(const OdometerTick& tick) {
   if (!(tick.t > pending_->last_tick)) return false;
-  if (!pending_->ticks.push(tick)) return false;
+  const double from = arrival(tick.t, true);
+  // A lost distance: the next reading begins anew.
+  if (!(from == from)) return have_tick_ = have_tick_ && tick.is_speed, false;
+  if (!pending_->ticks.push(tick, from)) return false;
   pending_->last_tick = tick.t;
   return true;
 }
-bool Navigator::too_late(double t) {
-  if (s_.t - t <= config_.late_limit + 1e-9) return false;
-  ++events_.late;
-  next_health_ |= kHealthRejected;
-  return true;
-}
 bool Navigator::fix(const Fix& f) {
-  return !too_late(f.t) && pending_->fixes.push({f.t, f, false});
+  const double from = arrival(f.t, false);
+  return from == from && pending_->fixes.push({f.t, f, false}, from);
 }
 bool Navigator::benchmark(const Fix& f) {
-  return !too_late(f.t) && pending_->fixes.push({f.t, f, true});
+  const double from = arrival(f.t, false);
+  return from == from && pending_->fixes.push({f.t, f, true}, from);
 }
 bool Navigator::heading(const HeadingSample& h) {
-  return !too_late(h.t) && pending_->headings.push(h);
+  const double from = arrival(h.t, false);
+  return from == from && pending_->headings.push(h, from);
 }
 bool Navigator::height(const HeightSample& h) {
-  return !too_late(h.t) && pending_->heights.push(h);
+  const double from = arrival(h.t, false);
+  return from == from && pending_->heights.push(h, from);
 }
 bool Navigator::velocity(const VelocitySample& v) {
-  return !too_late(v.t) && pending_->velocities.push(v);
+  const double from = arrival(v.t, false);
+  return from == from && pending_->velocities.push(v, from);
+}
+
+// A mark of the filter as it is; those no longer needed are dropped.
+void Navigator::remember() {
+  History& h = *history_;
+  while (h.count > 1 && h.mark(1).memory.s_.t < s_.t - h.limit - 1e-9) h.drop_oldest();
+  if (h.count == h.marks.size()) h.drop_oldest();
+  History::Mark& m = h.mark(h.count++);
+  m.memory = *this;
+  m.cursors = pending_->cursors();
+  m.sample = h.end;
+  pending_->forget(h.mark(0).cursors);
+}
+
+// Back to the last mark before the oldest late measurement, and forward again. What the row to come
+// has to tell of it.
+std::uint32_t Navigator::rewind() {
+  History& h = *history_;
+  const double to = rewind_to_;
+  rewind_to_ = 1e300;
+  while (h.count > 1 && !(h.mark(h.count - 1).memory.s_.t < to - 1e-9)) --h.count;
+  const auto rejected = [&] {
+    long sum = 0;
+    for (const InnovationCount& c : counts_) sum += c.rejected;
+    return sum;
+  };
+  const long before = rejected(), late = events_.late, rewound = events_.rewound;
+  const History::Mark& m = h.mark(h.count - 1);
+  if (!pending_->remembers(m.cursors)) return 0;
+  static_cast<NavigatorMemory&>(*this) = m.memory;
+  pending_->go_back(m.cursors);
+  events_.late = late;
+  events_.rewound = rewound;
+  for (std::uint64_t i = m.sample; i < h.end; ++i) {
+    if (s_.t - h.mark(h.count - 1).memory.s_.t >= h.period) {
+      const std::uint64_t end = h.end;
+      h.end = i;
+      remember();
+      h.end = end;
+    }
+    process(h.sample(i), 0);
+  }
+  return rejected() > before ? kHealthRejected : 0u;
 }
 
 // age > 0: the measurement was valid that long before the strapdown's time.
@@ -136,10 +264,24 @@ MeasurementPoint Navigator::point(double age) const {
 }
 
 void Navigator::imu(const ImuIncrement<double>& sample) {
-  const double gap = sample.t - s_.t;
-  if (!(gap > 0)) return;
-  health_ = next_health_;
+  if (!(sample.t > s_.t)) return;
+  std::uint32_t said = next_health_;
   next_health_ = 0;
+  if (rewind_to_ < 1e300) said |= rewind();
+  if (history_ && !tape_) {
+    History& h = *history_;
+    if (h.count == 0 || s_.t - h.mark(h.count - 1).memory.s_.t >= h.period ||
+        h.end - h.mark(h.count - 1).sample >= h.samples.size())
+      remember();
+    while (h.end - h.mark(0).sample >= h.samples.size()) h.drop_oldest();
+    h.sample(h.end++) = sample;
+  }
+  process(sample, said);
+}
+
+void Navigator::process(const ImuIncrement<double>& sample, std::uint32_t said) {
+  const double gap = sample.t - s_.t;
+  health_ = said;
   const double nominal = config_.imu_interval;
   if (gap > 3.0 * nominal || sample.dt > 3.0 * nominal) {
     // 1.5: interpolated between the rates on both sides, with the noise of what may have happened.
@@ -386,20 +528,17 @@ void Navigator::side_epoch() {
 
 void Navigator::run_pending() {
   Pending& q = *pending_;
-  while (!q.ticks.empty() && q.ticks.front().t - s_.tau <= s_.t + 1e-9) {
-    const OdometerTick tick = q.ticks.front();
-    q.ticks.pop();
+  while (q.ticks.ready(s_.t, s_.tau)) {
+    const OdometerTick tick = q.ticks.take();
     use_tick(tick);
   }
-  while (!q.fixes.empty() && q.fixes.front().t <= s_.t + 1e-9) {
-    const Pending::Position f = q.fixes.front();
-    q.fixes.pop();
+  while (q.fixes.ready(s_.t)) {
+    const Pending::Position f = q.fixes.take();
     use_fix(f.fix, f.user);
   }
   const Gate open{config_.gate.c, 0};
-  while (!q.headings.empty() && q.headings.front().t <= s_.t + 1e-9) {
-    const HeadingSample z = q.headings.front();
-    q.headings.pop();
+  while (q.headings.ready(s_.t)) {
+    const HeadingSample z = q.headings.take();
     const MeasurementPoint p = point(s_.t - z.t);
     const NormalHeight<double> n = to_normal(config_.ellipsoid, p.r);
     const LevelAxes<double> a = geographic_level_axes(config_.ellipsoid, n.n, n.h);
@@ -409,9 +548,8 @@ void Navigator::run_pending() {
     scalar(Sensor::kHeading, m, m.h + wrap_pi(z.heading - m.h), sd * sd, config_.gate);
     close();
   }
-  while (!q.heights.empty() && q.heights.front().t <= s_.t + 1e-9) {
-    const HeightSample z = q.heights.front();
-    q.heights.pop();
+  while (q.heights.ready(s_.t)) {
+    const HeightSample z = q.heights.take();
     const MeasurementPoint p = point(s_.t - z.t);
     const NormalHeight<double> n = to_normal(config_.ellipsoid, p.r);
     const Point<Ecef> held = from_normal(config_.ellipsoid, NormalHeight<double>{n.n, z.h});
@@ -421,9 +559,8 @@ void Navigator::run_pending() {
       scalar(Sensor::kHeight, velocity_along(p, Vec<Body>{}, n.n), z.rate, 0.01, open);
     close();
   }
-  while (!q.velocities.empty() && q.velocities.front().t <= s_.t + 1e-9) {
-    const VelocitySample z = q.velocities.front();
-    q.velocities.pop();
+  while (q.velocities.ready(s_.t)) {
+    const VelocitySample z = q.velocities.take();
     const MeasurementPoint p = point(s_.t - z.t);
     const Geodetic<double> g = to_geodetic(config_.ellipsoid, p.r);
     const Block3<> level = block_of(level_at(g));

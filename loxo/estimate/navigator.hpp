@@ -64,9 +64,10 @@ struct NavigatorConfig {
   // `contradiction` for twice that time. The gate alone would hide it: a filter that rejects
   // everything looks calm.
   double contradiction = 25.0, contradiction_time = 30.0;
-  // s. A measurement older than this is refused: it is carried along the present acceleration, and
-  // in a turn at 20 m/s and 6 deg/s that leaves the way by 0.04 m in a second, 1 m in three.
-  double late_limit = 1.0;
+  // s. How far back a late measurement is put in its place (the filter goes back and does the
+  // samples since then again: 2 us each); older ones are refused. 0: nothing comes late. Fixed at
+  // construction: about 6 kB of memory per 0.1 s.
+  double late_limit = 2.0;
   double lock_time = 30.0;     // s of motion until rejection must end: longer than a slip, shorter
                                // than an INS's memory
   double product_epoch = 1.0;  // s between epochs on the tape
@@ -93,7 +94,49 @@ enum class Sensor {
 };
 const char* sensor_name(Sensor s);
 
-class Navigator {
+// Accumulated: samples bridged in gaps, readings given a sign, dead-encoder seconds, slip and skid
+// readings, wrong stamps; `late`: refused as too old, `rewound`: late and used in their place.
+struct NavigatorEvents {
+  long gaps = 0, long_gaps = 0, signs_turned = 0, wrong_stamps = 0, outlier_fixes = 0,
+       lock_recoveries = 0, far_benchmarks = 0, late = 0, rewound = 0;
+  double dead_encoder = 0, slip = 0, skid = 0, standing = 0;
+  double first_dead = kNone, first_slip = kNone, first_wrong_stamp = kNone, first_far = kNone,
+         far_metres = 0;
+};
+
+// All that a sample or a measurement changes, in one value: what is copied to come back to a time.
+// Whatever is added to the filter's memory belongs here, or a late measurement would find it in
+// the future.
+struct NavigatorMemory {
+  explicit NavigatorMemory(const StandstillConfig& standstill) : detector_(standstill) {}
+
+  NominalState s_;
+  Covariance<kStates> P_;
+  double x_[kStates]{};
+  bool touched_ = false;
+  StandstillDetector detector_;
+  Standing standing_ = Standing::kMoving;
+  std::array<InnovationCount, static_cast<int>(Sensor::kCount)> counts_{};
+  NavigatorEvents events_;
+  std::uint32_t health_ = 0, standing_health_ = 0;
+  double health_until_ = -1e300;
+  bool diverged_ = false;
+
+  Vec<Body> w_eb_, f_, last_dtheta_, last_dv_, w_meas_, f_meas_;
+  Vec<Ecef> a_;
+  MountingAxes mounting_;
+  double h0_ = 0, nhc_age_ = 0, vertical_age_ = 0, epoch_age_ = 0, last_dt_ = 0;
+  bool have_tick_ = false;
+  double tick_t_ = 0, tick_sum_ = 0, tick_noise_ = 0, tick_begin_ = 0, tick_begin_speed_ = 0,
+         tick_begin_accel_ = 0, tick_side_ = 0;
+  double odometer_used_t_ = -1e300, rejected_since_ = 1e300, inflated_t_ = -1e300,
+         fix_rejected_since_ = 1e300;
+  double stopped_t_ = 0;
+  double contradiction_ = 0, contradiction_n_ = 0, contradiction_t_ = -1e300,
+         contradicted_since_ = 1e300;
+};
+
+class Navigator : private NavigatorMemory {
  public:
   explicit Navigator(const NavigatorConfig& config);
   void start(const NavigatorStart& start);
@@ -101,10 +144,12 @@ class Navigator {
 
   // A sample that ends at sample.t > state().t. Measurements whose time has come are used.
   void imu(const ImuIncrement<double>& sample);
-  // Measurements may be given ahead of the strapdown (they wait) or late by up to `late_limit`
-  // (used at once, along the present acceleration). False: not taken, as the queue is full, an
-  // odometer's time goes back, or another's is older than the limit (counted; the next row's health
-  // says "measurement rejected").
+  // Measurements may be given ahead of the strapdown (they wait), or late by up to `late_limit`, in
+  // any order: at the next sample the filter goes back and is, to the bit, what it would be had
+  // they come in time. Settings changed meanwhile hold for what is done again. False: not taken, as
+  // the queue is full, an odometer's time goes back, or the time lies before all that is remembered
+  // (counted; the next row's health says "measurement rejected"). With a tape nothing is
+  // remembered: a measurement must come before its sample.
   bool odometer(const OdometerTick& tick);
   bool fix(const Fix& fix);
   // A surveyed point or a user's own fix: weighted, never rejected; far ones are counted.
@@ -123,15 +168,7 @@ class Navigator {
   Standing standing() const { return standing_; }
   const InnovationCount& innovations(Sensor s) const { return counts_[static_cast<int>(s)]; }
   bool diverged() const { return diverged_; }
-  // Accumulated: samples bridged in gaps, readings given a sign, dead-encoder seconds, slip and
-  // skid readings, wrong stamps.
-  struct Events {
-    long gaps = 0, long_gaps = 0, signs_turned = 0, wrong_stamps = 0, outlier_fixes = 0,
-         lock_recoveries = 0, far_benchmarks = 0, late = 0;
-    double dead_encoder = 0, slip = 0, skid = 0, standing = 0;
-    double first_dead = kNone, first_slip = kNone, first_wrong_stamp = kNone, first_far = kNone,
-           far_metres = 0;
-  };
+  using Events = NavigatorEvents;
   const Events& events() const { return events_; }
   // The solution at state().t; the sigma of the true heading grows as tan L near a pole, as it
   // must.
@@ -139,6 +176,11 @@ class Navigator {
 
  private:
   struct Pending;
+  struct History;
+  void process(const ImuIncrement<double>& sample, std::uint32_t said);
+  void remember();
+  std::uint32_t rewind();
+  double arrival(double t, bool near_is_in_time);
   void step(double dt, const Vec<Body>& dtheta, const Vec<Body>& dv, double extra_psi,
             double extra_dv);
   MeasurementPoint point(double age) const;
@@ -149,7 +191,6 @@ class Navigator {
   void stand_still_epoch();
   void side_epoch();
   void run_pending();
-  bool too_late(double t);
   void use_tick(const OdometerTick& tick);
   void use_fix(const Fix& fix, bool user);
   void contradict(double nis);
@@ -157,34 +198,13 @@ class Navigator {
   void reset_accumulator(int axis, double value);
 
   NavigatorConfig config_;
-  NominalState s_;
-  Covariance<kStates> P_;
-  double x_[kStates]{};
-  bool touched_ = false;
   FilterTape* tape_ = nullptr;
   std::unique_ptr<TransitionProduct> product_;
   EarthModel earth_;
-  StandstillDetector detector_;
-  Standing standing_ = Standing::kMoving;
-  std::array<InnovationCount, static_cast<int>(Sensor::kCount)> counts_{};
-  Events events_;
-  std::uint32_t health_ = 0, standing_health_ = 0, next_health_ = 0;
-  double health_until_ = -1e300;
-  bool diverged_ = false;
-
-  Vec<Body> w_eb_, f_, last_dtheta_, last_dv_, w_meas_, f_meas_;
-  Vec<Ecef> a_;
-  MountingAxes mounting_;
-  double h0_ = 0, nhc_age_ = 0, vertical_age_ = 0, epoch_age_ = 0, last_dt_ = 0;
-  bool have_tick_ = false;
-  double tick_t_ = 0, tick_sum_ = 0, tick_noise_ = 0, tick_begin_ = 0, tick_begin_speed_ = 0,
-         tick_begin_accel_ = 0, tick_side_ = 0;
-  double odometer_used_t_ = -1e300, rejected_since_ = 1e300, inflated_t_ = -1e300,
-         fix_rejected_since_ = 1e300;
-  double stopped_t_ = 0;
-  double contradiction_ = 0, contradiction_n_ = 0, contradiction_t_ = -1e300,
-         contradicted_since_ = 1e300;
+  std::uint32_t next_health_ = 0;
+  double rewind_to_ = 1e300;  // the oldest late measurement that waits
   std::unique_ptr<Pending> pending_;
+  std::unique_ptr<History> history_;
 
  public:
   ~Navigator();

@@ -307,7 +307,7 @@ TEST(Navigator, FixWithTheWrongStampIsNamed) {
 TEST(Navigator, LateFixIsUsedOrRefused) {
   const ExactRoute route = route_of(kMixed, 200);
   const Trace without = run(route, base_seed());
-  for (const double by : {0.5, 1.0, 1.0 + kStep, 4.0}) {
+  for (const double by : {0.5, 2.0, 2.0 + kStep, 4.0}) {
     Faults f;
     f.late_t = 160, f.late_by = by;  // a turn of 90 deg begins at 150
     const Trace t = run(route, base_seed(), f);

@@ -475,6 +475,7 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   NavigatorConfig c;
   c.ellipsoid = drive.ellipsoid;
   c.imu_interval = imu_interval;
+  c.late_limit = 0;  // a drive's measurements are sorted: nothing is late
   const ImuErrors& e = drive.imu_errors;
   // Undeclared sensors are taken for tactical ones; that is told.
   c.gyro_noise = or_else(e.gyro_noise, 0.1 * deg_per_sqrt_h);
