@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "loxo/num/units.hpp"
 #include "program.hpp"
 #include "shared_folder.hpp"
 
@@ -68,7 +69,7 @@ struct SlowDrive {
     std::ofstream fix(folder + "/fix.csv"), att(folder + "/attitude.csv"),
         vel(folder + "/velocity.csv"), head(folder + "/heading.csv"),
         height(folder + "/height.csv"), track(folder + "/track.csv");
-    fix << "t_s,lat_deg,lon_deg,h_m,ve_mps,vn_mps,vu_mps\n";
+    fix << "t_s,lat_deg,lon_deg,h_m,ve_mps,vn_mps,vu_mps,std_e_m,std_n_m\n";
     att << "t_s,heading_deg,pitch_deg,roll_deg\n";
     vel << "t_s,ve_mps,vn_mps,vu_mps\n";
     head << "t_s,heading_deg\n";
@@ -77,7 +78,7 @@ struct SlowDrive {
     for (std::size_t i = 0; i < r.at("t_s").size(); ++i) {
       const auto c = [&](const char* name_) { return r.at(name_)[i]; };
       fix << c("t_s") << ',' << c("lat_deg") << ',' << c("lon_deg") << ',' << c("h_m") << ','
-          << c("ve_mps") << ',' << c("vn_mps") << ',' << c("vu_mps") << '\n';
+          << c("ve_mps") << ',' << c("vn_mps") << ',' << c("vu_mps") << ",3,1\n";
       att << c("t_s") << ',' << c("heading_deg") << ',' << c("pitch_deg") << ',' << c("roll_deg")
           << '\n';
       vel << c("t_s") << ',' << c("ve_mps") << ',' << c("vn_mps") << ',' << c("vu_mps") << '\n';
@@ -87,6 +88,9 @@ struct SlowDrive {
     }
     std::string toml = slurp(folder + "/drive.toml");
     toml = toml.substr(0, toml.find("[[benchmark]]"));
+    const std::string vu = "vu = \"vu_mps\"";
+    toml.insert(toml.find(vu, toml.find("[fix]")) + vu.size(),
+                ", std_e = \"std_e_m\", std_n = \"std_n_m\"");
     toml += R"([velocity]
 file = "velocity.csv"
 columns = { time = "t_s", east = "ve_mps", north = "vn_mps", up = "vu_mps" }
@@ -103,9 +107,11 @@ file = "track.csv"
 columns = { time = "t_s", distance = "ds_m", heading = "heading_deg" }
 heading_model = "independent"
 [[benchmark]]
-name = "by row"
-after_row = 100
+name = "at the start"
+after_row = 0
 lat_deg = )" +
+            r.at("lat_deg")[0] + "\nlon_deg = " + r.at("lon_deg")[0] +
+            "\nstd = \"1 m\"\n[[benchmark]]\nname = \"later\"\nafter_row = 100\nlat_deg = " +
             r.at("lat_deg")[100] + "\nlon_deg = " + r.at("lon_deg")[100] + "\nstd = \"1 m\"\n";
     std::ofstream(folder + "/drive.toml") << toml;
   }
@@ -115,14 +121,19 @@ double turn(double a, double b) { return std::remainder(a - b, 360.0); }
 
 TEST(TransferDrive, EverySlowSensorComesAlong) {
   const SlowDrive home("slow");
-  for (const std::string& keep : {std::string("path"), std::string("velocity")}) {
-    const std::string polar = scratch_folder() + "/slow_polar_" + keep;
-    const Outcome moved =
-        run("transfer " + home.folder + " --angle 41.8deg --meridian 11.5deg --keep " + keep +
-            " -o " + polar);
+  const struct {
+    std::string keep, angle;
+    bool south;
+  } cases[] = {{"path", "41.8", false}, {"velocity", "41.8", false}, {"path", "-138.2", true}};
+  for (const auto& [keep, angle, south] : cases) {
+    SCOPED_TRACE(keep + angle);
+    const std::string polar = scratch_folder() + "/slow_polar_" + keep + (south ? "_south" : "");
+    const Outcome moved = run("transfer " + home.folder + " --angle " + angle +
+                              "deg --meridian 11.5deg --keep " + keep + " -o " + polar);
     ASSERT_EQ(moved.exit_code, 0) << moved.err;
     EXPECT_EQ(moved.err.find("not_moved"), std::string::npos) << moved.err;
-    const auto reference = columns(slurp(polar + "/reference.csv"));
+    const auto reference = columns(slurp(polar + "/reference.csv")),
+               at_home = columns(slurp(home.folder + "/reference.csv"));
     const auto fix = columns(slurp(polar + "/fix.csv")),
                att = columns(slurp(polar + "/attitude.csv")),
                vel = columns(slurp(polar + "/velocity.csv")),
@@ -131,7 +142,7 @@ TEST(TransferDrive, EverySlowSensorComesAlong) {
                track = columns(slurp(polar + "/track.csv"));
     ASSERT_EQ(fix.at("t_s").size(), reference.at("t_s").size());
     ASSERT_EQ(track.at("t_s").size(), reference.at("t_s").size() - 1);
-    EXPECT_GT(number(reference.at("lat_deg")[0]), 89.8);
+    EXPECT_GT(number(reference.at("lat_deg")[0]) * (south ? -1 : 1), 89.8);
     double lowest = 2, highest = 0;
     for (std::size_t i = 0; i < reference.at("t_s").size(); ++i) {
       const auto c = [&](const char* name) { return number(reference.at(name)[i]); };
@@ -143,6 +154,12 @@ TEST(TransferDrive, EverySlowSensorComesAlong) {
         EXPECT_NEAR(number(fix.at(v)[i]), c(v), 1e-9);
         EXPECT_NEAR(number(vel.at(v)[i]), c(v), 1e-9);
       }
+      // Level axes turn by what the heading changes; so do 3 m east and 1 m north.
+      const double axes = (c("heading_deg") - number(at_home.at("heading_deg")[i])) * deg;
+      EXPECT_NEAR(number(fix.at("std_e_m")[i]), std::hypot(3 * std::cos(axes), std::sin(axes)),
+                  1e-6);
+      EXPECT_NEAR(number(fix.at("std_n_m")[i]), std::hypot(std::cos(axes), 3 * std::sin(axes)),
+                  1e-6);
       EXPECT_NEAR(turn(number(att.at("heading_deg")[i]), c("heading_deg")), 0, 1e-9);
       EXPECT_NEAR(turn(number(head.at("heading_deg")[i]), c("heading_deg")), 0, 1e-9);
       EXPECT_NEAR(number(att.at("pitch_deg")[i]), c("pitch_deg"), 1e-12);
@@ -153,8 +170,9 @@ TEST(TransferDrive, EverySlowSensorComesAlong) {
       // step of 1 s near the pole moves by the change of place alone.
       const double ds = number(track.at("ds_m")[i - 1]);
       lowest = std::min(lowest, ds / 10), highest = std::max(highest, ds / 10);
-      EXPECT_NEAR(turn(number(track.at("heading_deg")[i - 1]), c("heading_deg") - c("lon_deg")), 0,
-                  1e-3);
+      EXPECT_NEAR(turn(number(track.at("heading_deg")[i - 1]),
+                       c("heading_deg") + (south ? c("lon_deg") : -c("lon_deg"))),
+                  0, 1e-3);
     }
     // polar.md 7.2: up to 0.7 % where the path is kept, nothing where the velocity is.
     if (keep == "path") {
@@ -164,17 +182,61 @@ TEST(TransferDrive, EverySlowSensorComesAlong) {
       EXPECT_NEAR(lowest, 1, 1e-12);
       EXPECT_NEAR(highest, 1, 1e-12);
     }
+    // What the wheel says grows as the vehicle's speed does.
+    const auto wheel = columns(slurp(polar + "/odometer.csv")),
+               wheel_home = columns(slurp(home.folder + "/odometer.csv"));
+    const std::string value = wheel_home.count("speed_mps") ? "speed_mps" : "ds_m";
+    std::size_t compared = 0, k = 0;
+    for (std::size_t i = 0, j = 0; i < wheel.at("t_s").size(); ++i) {
+      const double t = number(wheel.at("t_s")[i]);
+      while (number(wheel_home.at("t_s")[j]) < t - 1e-9) ++j;
+      while (k + 1 < reference.at("t_s").size() && number(reference.at("t_s")[k]) < t - 1e-9) ++k;
+      const double said = number(wheel_home.at(value)[j]);
+      if (std::fabs(number(reference.at("t_s")[k]) - t) > 1e-9 || said < 1) continue;
+      const auto speed = [k](const auto& r) {
+        return std::hypot(number(r.at("ve_mps")[k]), number(r.at("vn_mps")[k]));
+      };
+      // A tick's way lies before its time: a turn of 20 deg/s within it is seen.
+      EXPECT_NEAR(number(wheel.at("value")[i]) / said, speed(reference) / speed(at_home), 2e-5);
+      ++compared;
+    }
+    EXPECT_GT(compared, 50u);
     const std::string toml = slurp(polar + "/drive.toml");
     EXPECT_NE(toml.find("heading_reference = \"grid\""), std::string::npos);
-    EXPECT_NE(toml.find("lat_deg = " + reference.at("lat_deg")[100].substr(0, 12)),
-              std::string::npos)
-        << toml;
+    for (const std::size_t row : {0u, 100u})
+      EXPECT_NE(toml.find("lat_deg = " + reference.at("lat_deg")[row].substr(0, 12)),
+                std::string::npos)
+          << toml;
     // The moved drive is a drive: it can be navigated and reckoned.
     EXPECT_EQ(run("navigate " + polar + " --mode inertial --quiet -o " + polar + ".csv").exit_code,
               0);
     EXPECT_EQ(run("navigate " + polar + " --mode reckon --quiet -o " + polar + "_r.csv").exit_code,
               0);
   }
+}
+
+TEST(TransferDrive, AStartByHeadingIsMoved) {
+  const SlowDrive home("slow_start");
+  const auto r = columns(slurp(home.folder + "/reference.csv"));
+  std::string toml = slurp(home.folder + "/drive.toml");
+  toml += "[start]\nt_s = 0\nlat_deg = " + r.at("lat_deg")[0] +
+          "\nlon_deg = " + r.at("lon_deg")[0] + "\nh_m = " + r.at("h_m")[0] +
+          "\nalignment = { kind = \"static\", duration = \"60 s\" }\nattitude = { heading = \"" +
+          r.at("heading_deg")[0] + " deg\", heading_std = \"0.5 deg\" }\n";
+  std::ofstream(home.folder + "/drive.toml") << toml;
+  const std::string polar = scratch_folder() + "/slow_start_polar";
+  ASSERT_EQ(
+      run("transfer " + home.folder + " --angle 41.8deg --meridian 11.5deg --quiet -o " + polar)
+          .exit_code,
+      0);
+  const auto moved = columns(slurp(polar + "/reference.csv"));
+  const std::string text = slurp(polar + "/drive.toml");
+  const auto at = text.find("heading = \"", text.find("[start]"));
+  ASSERT_NE(at, std::string::npos) << text;
+  EXPECT_NEAR(turn(number(text.substr(at + 11)) / deg, number(moved.at("heading_deg")[0])), 0,
+              1e-9);
+  EXPECT_NE(text.find("kind = \"static\", duration = \"60 s\""), std::string::npos) << text;
+  EXPECT_NE(text.find("heading_std = "), std::string::npos);
 }
 
 TEST(TransferDrive, TheBinaryFormHoldsTheSame) {
@@ -368,6 +430,28 @@ TEST(TransferDrive, BadInputIsRefused) {
   write(drive + "/drive.toml", loose);
   refused(good, 3, "mounting = { heading");
   write(drive + "/drive.toml", toml);
+  // An accelerometer in g.
+  const std::string imu = slurp(drive + "/imu.csv");
+  {
+    std::istringstream lines(imu);
+    std::string text;
+    for (std::string line; std::getline(lines, line); text += line + "\n") {
+      if (line[0] == '#' || line[0] == 't') continue;
+      std::size_t at = 0;
+      for (int comma = 0; comma < 4; ++comma) at = line.find(',', at) + 1;
+      std::istringstream values(line.substr(at));
+      line.resize(at);
+      for (std::string value; std::getline(values, value, ',');)
+        line += std::to_string(number(value) / 9.80665) + ',';
+      line.pop_back();
+    }
+    write(drive + "/imu.csv", text);
+  }
+  refused(good, 3, "is it in g, not m/s^2?");
+  const Outcome trial = run("transfer test " + drive + " " + good);
+  EXPECT_EQ(trial.exit_code, 3);
+  EXPECT_NE(trial.err.find("is it in g, not m/s^2?"), std::string::npos) << trial.err;
+  write(drive + "/imu.csv", imu);
   refused("--angle 41.8 --meridian 11.5deg", 2, "--angle");
   refused("--angle 400deg --meridian 11.5deg", 2, "within -360 to 360");
   refused("--meridian 11.5deg", 2, "--angle");

@@ -92,7 +92,8 @@ std::string number_text(double x) {
 
 void ErrorsLine::add(const char* key, double x, const char* unit) {
   if (std::isfinite(x) && x > 0)
-    text_ += fmt::format("{}{} = \"{} {}\"", text_.empty() ? "" : ", ", key, number_text(x), unit);
+    text_ += fmt::format("{}{} = \"{}{}{}\"", text_.empty() ? "" : ", ", key, number_text(x),
+                         *unit == 0 ? "" : " ", unit);
 }
 std::string ErrorsLine::line() const { return text_.empty() ? "" : "errors = { " + text_ + " }\n"; }
 

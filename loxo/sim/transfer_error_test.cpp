@@ -69,6 +69,31 @@ TEST(TransferError, DerivativesOfAAndB) {  // (25)
     }
 }
 
+TEST(TransferError, AReferenceSaysTheStateWithItsErrors) {
+  for (const double lat : {-60.0, 0.2, 45.0, 89.9}) {
+    const PolarMove move{wgs84(), 20 * deg, 1.0, Keep::kPath};
+    TransverseState<double> s;
+    const auto place = to_transverse(lat * deg, 23 * deg, move.lon0);
+    s.tlat = place.tlat, s.tlon = place.tlon, s.h = 120;
+    s.v = {3, -7, 0.5};
+    s.C_tb = to_matrix<Transverse>(Euler<double>{2.0, 0.1, -0.2});
+    const auto truth = to_ecef_pose(move.earth, move.lon0, s);
+    ReferenceError e;
+    e.heading = 3e-3, e.pitch = -2e-3, e.roll = 1e-3, e.ve = 0.1, e.vn = -0.2;
+    const auto said = said_by(move, truth, e);
+    EXPECT_EQ(norm(said.r - truth.r), 0);
+    const auto back = to_transverse_state(move.earth, move.lon0, said);
+    const auto a = to_euler(back.C_tb);
+    // Rounding of an ECEF place and of angles, a few places.
+    EXPECT_NEAR(a.heading, 2.003, 1e-14);
+    EXPECT_NEAR(a.pitch, 0.098, 1e-14);
+    EXPECT_NEAR(a.roll, -0.199, 1e-14);
+    EXPECT_NEAR(back.v.x, 3.1, 1e-13);
+    EXPECT_NEAR(back.v.y, -7.2, 1e-13);
+    EXPECT_NEAR(back.v.z, 0.5, 1e-13);
+  }
+}
+
 // ---- the voyage of 9.2
 
 struct Extremes {

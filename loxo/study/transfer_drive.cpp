@@ -450,7 +450,9 @@ TransferResult transfer_drive(const Drive& drive, const TransferSettings& settin
   for (auto& writer : imu) writer.commit();
   moved_reference.commit();
   out.closure = mover.closure();
-  out.begin_t = std::isfinite(begin) ? begin : mover.first_reference();
+  // A sample's begin, its end less its length, misses the epoch it stands on by a rounding.
+  out.begin_t =
+      std::isfinite(begin) ? std::max(begin, mover.first_reference()) : mover.first_reference();
   out.end_t = mover.last_reference();
 
   std::string toml = fmt::format(
