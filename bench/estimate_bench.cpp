@@ -45,7 +45,7 @@ void BM_Predict(benchmark::State& state) {
 }
 BENCHMARK(BM_Predict<15>);
 BENCHMARK(BM_Predict<21>);
-BENCHMARK(BM_Predict<31>);
+BENCHMARK(BM_Predict<kStates>);
 
 // Three scalar Joseph updates: a velocity.
 template <int N>
@@ -68,7 +68,7 @@ void BM_Update3(benchmark::State& state) {
 }
 BENCHMARK(BM_Update3<15>);
 BENCHMARK(BM_Update3<21>);
-BENCHMARK(BM_Update3<31>);
+BENCHMARK(BM_Update3<kStates>);
 
 // The same size without structure, for the ratio: F P F^T + Q with plain loops.
 template <int N>
@@ -93,7 +93,7 @@ void BM_DensePredict(benchmark::State& state) {
 }
 BENCHMARK(BM_DensePredict<21>);
 
-// A cycle of the joint filter: strapdown, prediction of 31 states at every sample, constraint and
+// A cycle of the joint filter: strapdown, prediction of 32 states at every sample, constraint and
 // odometer at 1 Hz. Argument 1: with the tape.
 void BM_NavigatorSample(benchmark::State& state) {
   NavigatorConfig c;

@@ -89,7 +89,8 @@ void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<
   }
   for (int i = 0; i < kDynamic; ++i) {
     const int r = row_of(i);
-    for (int j = 9; j < (N > kAcc ? kAcc : N); ++j) {
+    for (int j = 9; j < N; ++j) {
+      if (j >= kAcc && j < kAcc + 3) continue;
       P.p[r][j] = y[i][j];
       P.p[j][r] = y[i][j];
     }
@@ -211,7 +212,7 @@ double InnovationCount::above_95_share() const {
                        double, bool, double*);
 LOXO_KALMAN(15)
 LOXO_KALMAN(21)
-LOXO_KALMAN(31)
+LOXO_KALMAN(kStates)
 #undef LOXO_KALMAN
 template void weigh_lanes(double, double, double, const Gate&, double&, bool&);
 

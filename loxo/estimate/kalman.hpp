@@ -3,7 +3,8 @@
 // operations for every scalar. States as in errors/error_dynamics.hpp (0-20), then
 // (estimation.md 1.3)
 //   21 x_k odometer scale [1], 22 eps_h, 23 eps_p mounting [rad], 24-26 lever arm [m], 27 delay tau
-//   [s], 28-30 accumulated displacement d right, forward, up [m].
+//   [s], 28-30 accumulated displacement d right, forward, up [m], 31 x_b offset of a speed reading
+//   [m/s].
 // Constants are "true - used", navigation errors "computed - true". A state that is off has zero
 // variance and noise.
 #pragma once
@@ -13,9 +14,9 @@ namespace loxo {
 
 inline constexpr int kPsi = 0, kDv = 3, kDr = 6, kBg = 9, kBa = 12, kSg = 15, kSa = 18;
 inline constexpr int kScale = 21, kEpsH = 22, kEpsP = 23, kLever = 24, kTau = 27, kAcc = 28;
-inline constexpr int kStates = 31;
+inline constexpr int kOffset = 31, kStates = 32;
 
-// Symmetric; both triangles are kept and stay equal to the bit. N: 15, 21 or 31. Rows are padded
+// Symmetric; both triangles are kept and stay equal to the bit. N: 15, 21 or 32. Rows are padded
 // for vectors; the padding stays zero.
 template <int N, Real S = double>
 struct alignas(64) Covariance {
@@ -32,13 +33,13 @@ struct AccumulatorTransition {
 };
 
 // P <- Phi P Phi^T + Q of the navigation errors and constants up to 20 (and of the accumulators, N
-// = 31). Products of non-zero blocks only. Noise of the constants of 21-30 is added by the caller
+// = 32). Products of non-zero blocks only. Noise of the constants of 21-31 is added by the caller
 // to the diagonal. [EST-4], [EST-5]
 template <int N, Real S>
 void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<S>& q,
              const AccumulatorTransition<S>* acc = nullptr);
 
-// F <- Phi F for the moving rows (0-8 and 28-30) of a 31-state product of transitions; the
+// F <- Phi F for the moving rows (0-8 and 28-30) of a 32-state product of transitions; the
 // constants' rows stay.
 void advance_product(double (*f)[Covariance<kStates>::kStride], const ErrorTransition<double>& t,
                      const AccumulatorTransition<double>* acc);

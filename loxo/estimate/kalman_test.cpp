@@ -69,7 +69,7 @@ void check_predict() {
   put(6, 3, 0.3 * identity3<double>()), put(6, 6, t.dr_dr), put(6, 12, t.dr_ba),
       put(6, 18, t.dr_sa);
   for (int i = 0; i < 3; ++i) F(9 + i, 9 + i) = 0.9, F(12 + i, 12 + i) = 0.8;
-  if (N == 31) {
+  if (N == kStates) {
     put(28, 0, a.psi), put(28, 3, a.dv), put(28, 9, a.bg), put(28, 24, a.lever);
     for (int i = 0; i < 3; ++i)
       F((28 + i) % N, 22 % N) = a.eps_h[i], F((28 + i) % N, 23 % N) = a.eps_p[i];
@@ -80,7 +80,7 @@ void check_predict() {
     Q(9 + i, 9 + i) = 0.7, Q(12 + i, 12 + i) = 0.9;
     for (int j = 0; j < 3; ++j) Q(3 + i, j) = Q(j, 3 + i) = q.dv_psi.m[i][j];
   }
-  predict(P, t, q, N == 31 ? &a : nullptr);
+  predict(P, t, q, N == kStates ? &a : nullptr);
   const Dense<N> expected = F * M * F.transpose() + Q;
   for (int i = 0; i < N; ++i)
     for (int j = 0; j < N; ++j) {
@@ -95,7 +95,7 @@ void check_predict() {
 TEST(Kalman, PredictionEqualsTheDenseProduct) {  // [EST-4], [EST-5]
   check_predict<15>();
   check_predict<21>();
-  check_predict<31>();
+  check_predict<kStates>();
 }
 
 template <int N>
@@ -137,7 +137,7 @@ void check_update() {
 TEST(Kalman, UpdateEqualsJosephsForm) {  // [EST-8]
   check_update<15>();
   check_update<21>();
-  check_update<31>();
+  check_update<kStates>();
 }
 
 // A measurement of a millimetre against a covariance of kilometres, 10^4 times: never a negative

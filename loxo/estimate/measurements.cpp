@@ -31,16 +31,23 @@ void pitch_derivative(const MountingAxes& m, const Vec<Body>& vb, double out[3])
 }  // namespace
 
 ScalarMeasurement vehicle_velocity(const MeasurementPoint& p, const NominalState& s,
-                                   const MountingAxes& m, int axis, bool with_tau) {
+                                   const MountingAxes& m, int axis, bool with_tau,
+                                   double direction) {
   const Vec<Body> vb = point_velocity(p, s.lever);
   const Vec<Body>& a = m.axis[axis];
-  const double k = axis == 1 ? s.scale : 1.0;
+  const bool offset = axis == 1 && s.offset_speed > 0;
+  const double per_speed = offset ? 1.0 / s.offset_speed : 0.0;
+  const double k = axis == 1 ? s.scale - s.offset * per_speed : 1.0;
   const Vec<Ecef> g = p.C * a;
   double dh[3], dp[3];
   heading_derivative(m, vb, dh);
   pitch_derivative(m, vb, dp);
   ScalarMeasurement o;
   o.h = k * dot(a, vb);
+  if (offset) {
+    o.h += s.offset * direction;
+    o.row.add(kOffset, direction - dot(a, vb) * per_speed);
+  }
   o.row.add3(kPsi, k * cross(g, p.v));
   o.row.add3(kDv, -k * g);
   o.row.add3(kBg, k * cross(a, s.lever));

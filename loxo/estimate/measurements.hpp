@@ -30,10 +30,11 @@ struct ScalarMeasurement {
 };
 
 // Velocity of the odometer point along an axis of the vehicle: 0 right and 2 up (non-holonomic, z =
-// 0), 1 forward times k (odometer, z = reading at t - tau). with_tau: the delay's column too.
-// [EST-10], [EST-11]
+// 0), 1 forward times k (odometer, z = reading at t - tau) with its offset, which has the sign of
+// the motion (`direction` 1 or -1). with_tau: the delay's column too. [EST-10], [EST-11]
 ScalarMeasurement vehicle_velocity(const MeasurementPoint& p, const NominalState& s,
-                                   const MountingAxes& m, int axis, bool with_tau);
+                                   const MountingAxes& m, int axis, bool with_tau,
+                                   double direction = 1.0);
 
 // The accumulators' part of a step of dt, nominal at mid-step, and the displacement itself.
 // [EST-12]

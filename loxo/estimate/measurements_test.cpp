@@ -40,6 +40,7 @@ struct Regime {
     w.p.C = to_matrix(exp_rotation<Ecef, Body>(Vec<Body>{3 * u(rng), 3 * u(rng), 3 * u(rng)}));
     w.p.w_eb = {0.3 * u(rng), 0.3 * u(rng), 0.3 * u(rng)};
     w.p.w_ie = {0, 0, ell.w_ie};
+    w.s.offset = 0.3 * u(rng), w.s.offset_speed = 9;
     w.s.scale = 1.2, w.s.eps_h = 0.3 * u(rng), w.s.eps_p = 0.2 * u(rng);
     w.s.lever = {u(rng), u(rng), u(rng)};
     w.s.bg = {1e-3 * u(rng), 1e-3 * u(rng), 1e-3 * u(rng)};
@@ -59,6 +60,7 @@ World truth(const World& c, int i, double e) {
   t.p.r = c.p.r - Vec<Ecef>{x[6], x[7], x[8]};
   t.p.w_eb = c.p.w_eb - Vec<Body>{x[9], x[10], x[11]};  // corrected = true + x_bg
   t.s.bg = c.s.bg + Vec<Body>{x[9], x[10], x[11]};
+  t.s.offset += x[kOffset];
   t.s.scale += x[kScale], t.s.eps_h += x[kEpsH], t.s.eps_p += x[kEpsP];
   t.s.lever = c.s.lever + Vec<Body>{x[24], x[25], x[26]};
   for (int k = 0; k < 3; ++k) t.s.d[k] -= x[kAcc + k];

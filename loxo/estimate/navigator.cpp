@@ -632,9 +632,13 @@ void Navigator::use_tick(const OdometerTick& tick) {
   const double forward = dot(mounting_.axis[1], transpose(p.C) * p.v);
   const double forward_std = sqrt(P_.p[3][3] + P_.p[4][4] + P_.p[5][5]);
   double sign = 1.0;
-  if (config_.unsigned_wheel && forward < -0.3 && forward < -3.0 * forward_std) {
+  double unsure = 0;  // variance of a reading whose sign is not known, of its own dimension
+  constexpr double kBackward = 0.3;  // m/s
+  if (config_.unsigned_wheel && forward < -kBackward && forward < -3.0 * forward_std) {
     sign = -1.0;
     if (fabs(speed) > config_.standstill.wheel_quiet) ++events_.signs_turned;
+  } else if (config_.unsigned_wheel && forward < 0 && fabs(speed) < 2.0 * kBackward) {
+    unsure = 4.0 * tick.value * tick.value;
   }
   const Vec<Body> ab = transpose(p.C) * p.a;
   const double a_forward = dot(mounting_.axis[1], ab);
@@ -642,11 +646,14 @@ void Navigator::use_tick(const OdometerTick& tick) {
     // Zero readings carry no scale: standing is section 3's to say.
     if (fabs(tick.value) < config_.standstill.wheel_quiet || standing_ == Standing::kDeadEncoder)
       return;
-    const ScalarMeasurement m = vehicle_velocity(p, s_, mounting_, 1, true);
+    const double direction = (tick.value < 0 ? -1.0 : 1.0) * sign;
+    const ScalarMeasurement m = vehicle_velocity(p, s_, mounting_, 1, true, direction);
     // Errors of a wheel's speed are correlated over a second: the figure is for 1 Hz.
     const double rate = interval > 0 && interval < 1.0 ? 1.0 / interval : 1.0;
     const double jitter = config_.stamp_jitter * a_forward;
-    const double r = (config_.speed_std * config_.speed_std + jitter * jitter) * rate;
+    const double q = config_.speed_quantum;
+    const double r =
+        (config_.speed_std * config_.speed_std + q * q / 12.0 + jitter * jitter) * rate + unsure;
     Weighed w;
     const double y = sign * tick.value - m.h;
     scalar(Sensor::kOdometer, m, sign * tick.value, r, config_.gate, &w);
@@ -672,7 +679,7 @@ void Navigator::use_tick(const OdometerTick& tick) {
   }
   tick_sum_ += sign * tick.value;
   const double noise = config_.scale_noise * tick.value;
-  tick_noise_ += noise * noise;
+  tick_noise_ += noise * noise + unsure;
   (void)before;
   if (tick.t - tick_begin_ < config_.odometer_epoch * (1 - 1e-9)) return;
   const bool zero = fabs(tick_sum_) < config_.standstill.wheel_quiet * (tick.t - tick_begin_);

@@ -38,12 +38,15 @@ struct NavigatorConfig {
   double tau = 0, tau_std = 0, tau_walk = 0;  // s, s/sqrt(s)
   double speed_std = 0.1;                     // m/s at 1 Hz, of a speed reading
   double stamp_jitter = 0.1;                  // s, of a speed reading
-  double quantisation = 0;                    // m, of a distance reading
-  double scale_noise = 0;                     // white, of each distance reading
-  double slip_noise = 0;                      // rad, white, of each distance reading
-  double distance_std = 0.01;                 // m, of a distance epoch beside what is declared
-  double odometer_epoch = 1.0;                // s: distances are summed up to this
-  bool unsigned_wheel = false;                // the sign of the reading is not that of the motion
+  double speed_quantum = 0;                   // m/s, unit in which a speed is read
+  // m/s: sigma of a speed reading's constant offset (0: none), and the speed at which k holds.
+  double offset_std = 0, offset_speed = 0;
+  double quantisation = 0;      // m, of a distance reading
+  double scale_noise = 0;       // white, of each distance reading
+  double slip_noise = 0;        // rad, white, of each distance reading
+  double distance_std = 0.01;   // m, of a distance epoch beside what is declared
+  double odometer_epoch = 1.0;  // s: distances are summed up to this
+  bool unsigned_wheel = false;  // the sign of the reading is not that of the motion
   // Non-holonomic constraint [EST-13]
   double nhc_epoch = 1.0, nhc_std = 0.02;                  // s, m per epoch
   double nhc_side = 0.03, nhc_up = 0.05, nhc_turn = 0.02;  // m/sqrt(s), m/sqrt(s), 1

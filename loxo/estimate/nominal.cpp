@@ -17,6 +17,7 @@ void feed_back(NominalState& s, const double x[kStates]) {
   s.eps_p += x[kEpsP];
   s.lever = s.lever + Vec<Body>{x[kLever], x[kLever + 1], x[kLever + 2]};
   s.tau += x[kTau];
+  s.offset += x[kOffset];
   for (int i = 0; i < 3; ++i) s.d[i] -= x[kAcc + i];
 }
 

@@ -19,7 +19,10 @@ struct NominalState {
   double eps_h = 0, eps_p = 0;  // IMU heading - course, IMU pitch - climb angle
   Vec<Body> lever;              // from the IMU to the odometer point
   double tau = 0;               // odo(t) = k speed(t - tau)
-  double d[3]{};                // right, forward, up displacement since the last tick of each
+  // A speed reading in whole units is rounded or cut: it has an offset b [m/s] beside its scale,
+  // odo = k v + b (1 - v/offset_speed) forward; k is indicated/true at offset_speed. 0: no offset.
+  double offset = 0, offset_speed = 0;
+  double d[3]{};  // right, forward, up displacement since the last tick of each
 };
 
 // [EST-6]: navigation errors are subtracted, constants added.

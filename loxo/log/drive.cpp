@@ -182,9 +182,21 @@ void read_imu(Drive& d, const TomlTable& t) {
   d.imu_accel_range = t.get_quantity("accel_range", kAcceleration).value_or(loxo::kNone);
 }
 
-void read_odometer_errors(const TomlTable& e, OdometerErrors& errors) {
+bool is_a(const TomlTable& t, const char* key, Dimension d) {
+  try {
+    return t.get_quantity(key, d).has_value();
+  } catch (const Error&) {
+    return false;
+  }
+}
+// Of a wheel that tells its speed, the quantisation may be that of the speed or, as of the others,
+// of the way.
+void read_odometer_errors(const TomlTable& e, OdometerErrors& errors, bool speed = false) {
   errors.scale_noise = sigma(e, "scale_noise", kNone);
-  errors.quantisation = sigma(e, "quantisation", kLength);
+  if (speed && is_a(e, "quantisation", kSpeed))
+    errors.speed_quantisation = sigma(e, "quantisation", kSpeed);
+  else
+    errors.quantisation = sigma(e, "quantisation", kLength);
   errors.side_slip = sigma(e, "side_slip", kAngle);
   errors.scale = sigma(e, "scale", kNone);
 }
@@ -226,7 +238,7 @@ void read_odometer_section(Drive& d, const TomlTable& t) {
     d.odometer_mounting_pitch = m->get_quantity("pitch", kAngle).value_or(0.0);
   }
   if (const auto e = t.get_table("errors")) {
-    read_odometer_errors(*e, d.odometer_errors);
+    read_odometer_errors(*e, d.odometer_errors, d.odometer_kind == "speed");
     if (columns.contains("steering")) read_attitude_errors(*e, d.attitude_errors);
   }
 }

@@ -43,10 +43,11 @@ struct ImuErrors {
   double gyro_scale = kNone, accel_scale = kNone;        // 1
 };
 struct OdometerErrors {
-  double scale_noise = kNone;   // white, 1 sigma of each increment relative to it
-  double quantisation = kNone;  // m
-  double side_slip = kNone;     // rad, white, per increment
-  double scale = kNone;         // 1 sigma of the constant, before calibration
+  double scale_noise = kNone;         // white, 1 sigma of each increment relative to it
+  double quantisation = kNone;        // m
+  double speed_quantisation = kNone;  // m/s, of kind speed
+  double side_slip = kNone;           // rad, white, per increment
+  double scale = kNone;               // 1 sigma of the constant, before calibration
 };
 struct AttitudeErrors {          // of [attitude] or of a [track]'s heading
   double heading_bias = kNone;   // rad, initial azimuth error s_psi0

@@ -82,6 +82,20 @@ TEST_F(DriveFault, WrongUnit) {
 TEST_F(DriveFault, BareNumberWhereAQuantityIsDue) {
   expect_words(fault("t_s,v_mps\n0,1\n", kOdometer + "delay = 0.1\n"), {"drive.toml:6", "delay"});
 }
+// The unit of a speed reading is a speed; of its way, a length; anything else is refused.
+TEST_F(DriveFault, QuantisationOfASpeed) {
+  auto errors = [&](const std::string& q) {
+    return read_drive(
+               make(kOdometer + "errors = { quantisation = \"" + q + "\" }\n", "t_s,v_mps\n"))
+        .odometer_errors;
+  };
+  EXPECT_NEAR(errors("1 km/h").speed_quantisation, 1 / 3.6, 1e-15);
+  EXPECT_TRUE(std::isnan(errors("1 km/h").quantisation));
+  EXPECT_EQ(errors("0.05 m").quantisation, 0.05);
+  EXPECT_TRUE(std::isnan(errors("0.05 m").speed_quantisation));
+  expect_words(fault("t_s,v_mps\n0,1\n", kOdometer + "errors = { quantisation = \"1 kg\" }\n"),
+               {"quantisation", "length"});
+}
 TEST_F(DriveFault, MissingFile) {
   expect_words(fault("t_s,v_mps\n0,1\n",
                      "[odometer]\nfile = \"none.csv\"\nkind = \"speed\"\n"

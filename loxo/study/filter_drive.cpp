@@ -63,6 +63,7 @@ void push_constants(FilterResult& out, const NominalState& s, const Covariance<k
     add("lever_up_m", s.lever.z, kLever + 2, 1.0);
   }
   if (odometer) add("delay_s", s.tau, kTau, 1.0);
+  if (odometer) add("speed_offset_mps", s.offset, kOffset, 1.0);
   const double b[3] = {s.bg.x, s.bg.y, s.bg.z}, a[3] = {s.ba.x, s.ba.y, s.ba.z};
   const char* axis[3] = {"right", "forward", "up"};
   for (int i = 0; i < 3; ++i)
@@ -103,7 +104,8 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   refuse_unsound(*reader, drive, o.force);
   const double dt0 = reader->interval(), first_t = sample.t - sample.dt;
   const bool is_speed = !m.ticks.empty() && m.ticks.front().is_speed;
-  NavigatorConfig config = settings_of(drive, o, dt0, m.tick_interval, is_speed, out.meta);
+  NavigatorConfig config =
+      settings_of(drive, o, dt0, m.tick_interval, is_speed, m.mean_speed, out.meta);
   if (m.ticks.empty()) config.use_odometer = false;
   config.unsigned_wheel = m.unsigned_wheel;
   config.fix_gate = !m.sparse_fixes && o.fix_every < 60.0;

@@ -65,6 +65,12 @@ DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& o, 
       if (i > 0 && i < 2000) steps.push_back(m.ticks[i].t - m.ticks[i - 1].t);
       negative = negative || m.ticks[i].value < 0;
     }
+    double sum = 0, time = 0;
+    for (std::size_t i = 1; i < m.ticks.size(); ++i) {
+      const double v = std::fabs(m.ticks[i].value), dt = m.ticks[i].t - m.ticks[i - 1].t;
+      if (m.ticks[i].is_speed && v > StandstillConfig{}.wheel_quiet) sum += v * dt, time += dt;
+    }
+    if (time > 0) m.mean_speed = sum / time;
     m.tick_interval = median(steps);
     m.unsigned_wheel = !negative;
   }
@@ -452,6 +458,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
   if (config.use_odometer) {
     P.p[kScale][kScale] = config.scale_std * config.scale_std;
     P.p[kTau][kTau] = config.tau_std * config.tau_std;
+    P.p[kOffset][kOffset] = config.offset_std * config.offset_std;
   }
   if (config.use_odometer || config.use_nhc) {
     P.p[kEpsH][kEpsH] = config.eps_std * config.eps_std;
@@ -462,6 +469,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
   s.eps_p = config.eps_p;
   s.lever = {config.lever[0], config.lever[1], config.lever[2]};
   s.tau = config.tau;
+  s.offset_speed = config.offset_std > 0 ? config.offset_speed : 0.0;
   if (given(a.refine_until)) {
     refine_start(drive, config, a, b.start);
     b.report = a.report;
@@ -470,7 +478,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
 }
 
 NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double imu_interval,
-                            double odometer_interval, bool odometer_is_speed,
+                            double odometer_interval, bool odometer_is_speed, double mean_speed,
                             std::map<std::string, std::string>& meta) {
   NavigatorConfig c;
   c.ellipsoid = drive.ellipsoid;
@@ -518,6 +526,15 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
       or_else(oe.quantisation, drive.odometer_kind == "pulses" || drive.odometer_kind == "counter"
                                    ? drive.odometer_scale
                                    : 0.0);
+  if (odometer_is_speed && given(oe.speed_quantisation) && mean_speed > 0) {
+    // A reading in whole units is rounded (mean error 0) or cut (half a unit too small): one sigma
+    // spans both.
+    c.speed_quantum = oe.speed_quantisation;
+    c.offset_std = 0.5 * oe.speed_quantisation;
+    c.offset_speed = mean_speed;
+    meta["speed_offset"] =
+        fmt::format("a state: +- {:.3g} m/s, k holds at {:.3g} m/s", c.offset_std, c.offset_speed);
+  }
   c.scale_noise = or_else(oe.scale_noise, odometer_is_speed ? 0.0 : 1e-3);
   c.slip_noise = or_else(oe.side_slip, 0.0);
   c.nhc_epoch = std::max(0.1, 10 * imu_interval);

@@ -18,6 +18,7 @@ struct DriveMeasurements {
   double tick_interval = kNone;
   bool sparse_fixes = false;
   bool unsigned_wheel = false;
+  double mean_speed = 0;  // m/s, of the speed readings in motion
 };
 // Throws Error(kInput) for a negative or zero declared sigma.
 DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& options,

@@ -148,7 +148,7 @@ Begin begin_of(const Drive& drive, const InertialOptions& o, double interval, do
   f.force = o.force;
   f.vertical = "free";  // the loop reads the heights itself
   std::map<std::string, std::string> settings;
-  const NavigatorConfig config = settings_of(drive, f, interval, kNone, false, settings);
+  const NavigatorConfig config = settings_of(drive, f, interval, kNone, false, 0, settings);
   const FilterStart start =
       filter_start(drive, f, config, read_measurements(drive, f, d), first_t, d);
   const NominalState& s = start.start.state;
