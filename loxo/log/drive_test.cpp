@@ -93,7 +93,7 @@ TEST_F(DriveFault, QuantisationOfASpeed) {
   EXPECT_TRUE(std::isnan(errors("1 km/h").quantisation));
   EXPECT_EQ(errors("0.05 m").quantisation, 0.05);
   EXPECT_TRUE(std::isnan(errors("0.05 m").speed_quantisation));
-  expect_words(fault("t_s,v_mps\n0,1\n", kOdometer + "errors = { quantisation = \"1 kg\" }\n"),
+  expect_words(fault("t_s,v_mps\n0,1\n", kOdometer + "errors = { quantisation = \"1 rad\" }\n"),
                {"quantisation", "length"});
 }
 TEST_F(DriveFault, MissingFile) {
