@@ -7,6 +7,7 @@
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/gravity.hpp"
 #include "loxo/errors/level_errors.hpp"
+#include "loxo/estimate/coasting.hpp"
 #include "loxo/ins/strapdown.hpp"
 #include "loxo/num/units.hpp"
 
@@ -284,13 +285,20 @@ void Navigator::process(const ImuIncrement<double>& sample, std::uint32_t said) 
   health_ = said;
   const double nominal = config_.imu_interval;
   if (gap > 3.0 * nominal || sample.dt > 3.0 * nominal) {
-    // 1.5: interpolated between the rates on both sides, with the noise of what may have happened.
     ++events_.gaps;
     health_ |= kHealthGap;
-    if (gap > 2.0) {
-      ++events_.long_gaps;
-      standing_health_ |= kHealthUncovered;
-    }
+  }
+  const double hole = gap - sample.dt;
+  if (hole > config_.long_gap) {
+    ++events_.long_gaps;
+    standing_health_ |= kHealthUncovered;
+    recovering_ = true;
+    coast_to(sample.t - sample.dt);
+    step(sample.dt, sample.dtheta, sample.dv, 0, 0);
+    s_.t = sample.t;
+    run_pending();
+  } else if (gap > 3.0 * nominal || sample.dt > 3.0 * nominal) {
+    // 1.5: interpolated between the rates on both sides, with the noise of what may have happened.
     const int n =
         std::max(1, static_cast<int>(std::min(1e6, std::ceil(gap / std::max(nominal, 0.01)))));
     const double h = gap / n, per = 1.0 / max(sample.dt, 1e-9);
@@ -306,7 +314,9 @@ void Navigator::process(const ImuIncrement<double>& sample, std::uint32_t said) 
     }
     s_.t = sample.t;
   } else {
-    step(gap, sample.dtheta * (gap / sample.dt), sample.dv * (gap / sample.dt), 0, 0);
+    // A heading that is lost leaves the level axes turning with the Earth in a wrong direction.
+    const double wrong = config_.ellipsoid.w_ie * config_.ellipsoid.w_ie * lost_variance_ * 60.0;
+    step(gap, sample.dtheta * (gap / sample.dt), sample.dv * (gap / sample.dt), wrong * gap, 0);
     s_.t = sample.t;
     stand_still_epoch();
     side_epoch();
@@ -323,6 +333,70 @@ void Navigator::process(const ImuIncrement<double>& sample, std::uint32_t said) 
     diverged_ = true;
     standing_health_ |= kHealthDiverged;
   }
+}
+
+// Through a gap that may hide a turn: straight on, what may have happened as noise, the wheel as a
+// speed. (1.5, with its totals over the gap; a heading is at worst uniform.)
+void Navigator::coast_to(double t) {
+  const double gap = t - s_.t, turn = min(config_.gap_rate * gap, kPi / sqrt(3.0)),
+               level = min(config_.gap_rate * gap, config_.gap_level),
+               force = config_.gap_force * config_.gap_force * gap;
+  const int n = std::max(1, static_cast<int>(std::min(1e6, std::ceil(gap / 0.1))));
+  const double h = gap / n;
+  TransitionProduct* const product = tape_ ? product_.get() : nullptr;
+  coasting_ = true;
+  w_eb_ = {};
+  a_ = {};
+  for (int axis = 0; axis < 3; ++axis) reset_accumulator(axis, 0.0);
+  for (int i = 0; i < n; ++i) {
+    CoastNoise q;
+    q.up = to_normal(config_.ellipsoid, s_.r).n;
+    q.ahead = to_matrix(s_.q) * mounting_.axis[1];
+    q.ahead = q.ahead - q.up * dot(q.ahead, q.up);
+    q.ahead = q.ahead * (1.0 / max(norm(q.ahead), 1e-9));
+    // A road vehicle whose wheel stands does not turn.
+    const bool told = config_.use_nhc && coast_tick_t_ > s_.t - 1.5;
+    const double moves = told ? min(1.0, dot(s_.v, s_.v)) : 1.0;
+    q.heading = moves * turn * turn / gap;
+    q.level = level * level / gap;
+    q.forward = force;
+    q.sideways = config_.use_nhc ? config_.speed_std * config_.speed_std / gap : force;
+    coast(s_, P_, product, q, h);
+    for (int k = 0; k < 3; ++k) {
+      const double wg = config_.bias_moving * config_.gyro_bias,
+                   wa = config_.bias_moving * config_.accel_bias;
+      P_.p[kBg + k][kBg + k] += 2.0 * wg * wg * h / config_.gyro_bias_tau;
+      P_.p[kBa + k][kBa + k] += 2.0 * wa * wa * h / config_.accel_bias_tau;
+    }
+    if (config_.use_odometer) {
+      P_.p[kScale][kScale] += config_.scale_walk * config_.scale_walk * h;
+      P_.p[kTau][kTau] += config_.tau_walk * config_.tau_walk * h;
+    }
+    run_pending();
+  }
+  s_.t = t;
+  coasting_ = false;
+  last_dt_ = nhc_age_ = 0;
+  have_tick_ = false;  // the way of the next reading began in the gap
+  anchored_ = false;
+  const Vec<Ecef> up = to_normal(config_.ellipsoid, s_.r).n;
+  const double sigma = heading_sigma(P_, up);
+  if (sigma > config_.heading_lost) {
+    lost_variance_ = sigma * sigma;
+    lost_from_ = s_.r;
+    turn_heading(s_, P_, product, up, 0.0, 0.0);
+  }
+}
+
+Covariance<kStates> Navigator::stated_covariance() const {
+  Covariance<kStates> P = P_;
+  if (!lost()) return P;
+  const Vec<Ecef> up = to_normal(config_.ellipsoid, s_.r).n, v = cross(s_.v, up),
+                  r = cross(s_.r - lost_from_, up);
+  const double g[9] = {up.x, up.y, up.z, v.x, v.y, v.z, r.x, r.y, r.z};
+  for (int i = 0; i < 9; ++i)
+    for (int j = 0; j < 9; ++j) P.p[i][j] += lost_variance_ * (g[i] * g[j]);
+  return P;
 }
 
 void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m, double extra_psi,
@@ -497,7 +571,8 @@ void Navigator::stand_still_epoch() {
   if (config_.use_zaru) {
     const double white = config_.gyro_noise * config_.gyro_noise / v.length;
     const double z[3] = {v.mean_w.x, v.mean_w.y, v.mean_w.z};
-    for (int i = 0; i < 3; ++i)
+    // The level axes see the Earth turn from a heading: not from a lost one.
+    for (int i = lost() ? 2 : 0; i < 3; ++i)
       scalar(Sensor::kZeroRate, zero_rate(p, s_, i), z[i],
              white + config_.zaru_sway[i] * config_.zaru_sway[i], open);
   }
@@ -545,6 +620,11 @@ void Navigator::run_pending() {
     const ScalarMeasurement m =
         heading_in(p, row_of(a.C_me, 0), row_of(a.C_me, 1), n.n, a.azimuth_turn);
     const double sd = z.std > 0 ? z.std : config_.heading_std;
+    if (lost()) {
+      turn_heading(s_, P_, tape_ ? product_.get() : nullptr, n.n, -wrap_pi(z.heading - m.h), sd);
+      lost_variance_ = 0;
+      continue;
+    }
     scalar(Sensor::kHeading, m, m.h + wrap_pi(z.heading - m.h), sd * sd, config_.gate);
     close();
   }
@@ -629,6 +709,20 @@ void Navigator::use_tick(const OdometerTick& tick) {
                   interval);
   if (!config_.use_odometer) return;
   const MeasurementPoint p = point(age);
+  if (coasting_) {  // no way can be summed up; rest counts as well
+    if (!tick.is_speed && first) return;
+    coast_tick_t_ = s_.t;
+    const double way = config_.scale_noise * tick.value;
+    const double var = tick.is_speed
+                           ? config_.speed_std * config_.speed_std / min(1.0, max(interval, 0.01))
+                           : (config_.quantisation * config_.quantisation / 6.0 + way * way +
+                              config_.distance_std * config_.distance_std) /
+                                 (interval * interval);
+    scalar(Sensor::kOdometer, vehicle_velocity(p, s_, mounting_, 1, true), speed, var,
+           Gate{config_.gate.c, 0});
+    close();
+    return;
+  }
   const double forward = dot(mounting_.axis[1], transpose(p.C) * p.v);
   const double forward_std = sqrt(P_.p[3][3] + P_.p[4][4] + P_.p[5][5]);
   double sign = 1.0;
@@ -708,8 +802,52 @@ void Navigator::use_tick(const OdometerTick& tick) {
   reset_accumulator(1, way_since(tick.t - s_.tau));
 }
 
+// The heading from a velocity, or from the way between two fixes against the way reckoned between
+// them: a turn of any size. False: the fix is not to be used (too near to the last).
+bool Navigator::find_heading(const Fix& f) {
+  const MeasurementPoint p = point(s_.t - f.t);
+  const Vec<Body> l{config_.fix_lever[0], config_.fix_lever[1], config_.fix_lever[2]};
+  const NormalHeight<double> n = to_normal(config_.ellipsoid, p.r);
+  const Vec<Ecef> up = n.n;
+  const auto level = [&](const Vec<Ecef>& x) { return x - up * dot(x, up); };
+  const Geodetic<double> here = to_geodetic(config_.ellipsoid, p.r);
+  const Point<Ecef> z =
+      to_ecef(config_.ellipsoid, Geodetic<double>{f.lat, f.lon, f.h == f.h ? f.h : here.h});
+  const double s2 = f.std_e * f.std_e + f.std_n * f.std_n,
+               sigma = sqrt(max(s2, 2 * config_.fix_std_min * config_.fix_std_min));
+  Vec<Ecef> told, own;
+  double std = 0;
+  bool found = false;
+  if (f.ve == f.ve && f.vn == f.vn && hypot(f.ve, f.vn) > 5.0) {
+    told = transpose(level_at(here)) * Vec<Geographic>{f.ve, f.vn, 0};
+    own = level(p.v + p.C * cross(p.w_eb, l));
+    std = (f.std_v > 0 ? f.std_v : config_.fix_velocity_std) / norm(told);
+    found = norm(own) > 1.0;
+  } else if (anchored_) {
+    told = level(z - anchor_fix_);
+    own = level(p.r + p.C * l - anchor_);
+    const double way = norm(told), reckoned = norm(own);
+    std = sigma / max(way, 1e-9);
+    found = std < 0.1 && fabs(way - reckoned) < 4.0 * sigma + 0.1 * reckoned;
+    if (!found && max(way, reckoned) < 10.0 * sigma) return false;
+  }
+  TransitionProduct* const product = tape_ ? product_.get() : nullptr;
+  if (found) {
+    turn_heading(s_, P_, product, up, atan2(dot(cross(own, told), up), dot(own, told)),
+                 max(std, 1e-3));
+    lost_variance_ = 0;
+    anchored_ = false;
+  } else {
+    anchored_ = true;
+  }
+  forget_position(P_, product, up, 1e4);
+  return true;
+}
+
 void Navigator::use_fix(const Fix& f, bool user) {
   const double age = s_.t - f.t;
+  const bool was_lost = lost();
+  if (was_lost && !find_heading(f)) return;
   const MeasurementPoint p = point(age);
   const Geodetic<double> here = to_geodetic(config_.ellipsoid, p.r);
   const Rot<Geographic, Ecef> C_ge = level_at(here);
@@ -788,11 +926,22 @@ void Navigator::use_fix(const Fix& f, bool user) {
     if (locked_out) standing_health_ |= kHealthUncovered;
   } else {
     fix_rejected_since_ = 1e300;
-    if (n2 <= kChi95[n]) standing_health_ &= ~static_cast<std::uint32_t>(kHealthUncovered);
+    // After a long gap the first fix only says where; the next one whether that was right.
+    if (n2 <= kChi95[n] && !was_lost) {
+      if (!recovering_) standing_health_ &= ~static_cast<std::uint32_t>(kHealthUncovered);
+      recovering_ = false;
+    }
   }
   const Gate all{1e9, 0};
   for (int i = 0; i < n; ++i) scalar(Sensor::kFix, m[i], 0.0, r[i] + S[i][i] * factor, all);
   close();
+  if (lost()) {
+    const MeasurementPoint at = point(age);
+    lost_from_ = s_.r;
+    anchor_fix_ = z;
+    anchor_ = at.r + at.C * l;
+    return;
+  }
   if (f.ve == f.ve && f.vn == f.vn) {
     const MeasurementPoint p2 = point(age);
     const double sd = f.std_v > 0 ? f.std_v : config_.fix_velocity_std, rv = sd * sd;
@@ -806,7 +955,7 @@ void Navigator::use_fix(const Fix& f, bool user) {
 }
 
 SolutionRow Navigator::row(FrameId frame) const {
-  return solution_row(config_.ellipsoid, s_, P_, frame, health());
+  return solution_row(config_.ellipsoid, s_, stated_covariance(), frame, health());
 }
 
 SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Covariance<kStates>& P,

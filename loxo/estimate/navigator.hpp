@@ -63,6 +63,10 @@ struct NavigatorConfig {
   double vertical_std = 0;  // > 0: height held to the start's with this sigma at 1 Hz (fixed, ship)
   Gate gate;
   double gap_rate = 0.03, gap_force = 0.7;  // rad/s, m/s^2: what may happen inside a gap (1.5)
+  // s. After a longer gap a turn may be missing: the filter coasts through it, and a heading whose
+  // sigma is then above heading_lost [rad] is taken out of the filter until fixes give it back.
+  double long_gap = 2.0, heading_lost = 0.05;
+  double gap_level = 0.05;  // rad: slopes between two places of a road
   // Divergence: the mean of y^2/S over `contradiction_time`, each capped at 100, stays above
   // `contradiction` for twice that time. The gate alone would hide it: a filter that rejects
   // everything looks calm.
@@ -135,6 +139,12 @@ struct NavigatorMemory {
   double odometer_used_t_ = -1e300, rejected_since_ = 1e300, inflated_t_ = -1e300,
          fix_rejected_since_ = 1e300;
   double stopped_t_ = 0;
+  // In a long gap; after it, until a fix agrees; variance of a heading that is lost (0: it is not)
+  // and where it was lost; the fix from which the way to the next one is measured.
+  bool coasting_ = false, recovering_ = false, anchored_ = false;
+  double lost_variance_ = 0;
+  Point<Ecef> lost_from_, anchor_fix_, anchor_;
+  double coast_tick_t_ = -1e300;
   double contradiction_ = 0, contradiction_n_ = 0, contradiction_t_ = -1e300,
          contradicted_since_ = 1e300;
 };
@@ -163,7 +173,12 @@ class Navigator : private NavigatorMemory {
 
   double t() const { return s_.t; }
   const NominalState& state() const { return s_; }
+  // What the filter works with; stated_covariance() is what it knows: while the heading is lost the
+  // whole way since then may lie turned about where it was, and the filter itself, that cannot
+  // learn of it from wheel and constraint, is kept from trying.
   const Covariance<kStates>& covariance() const { return P_; }
+  Covariance<kStates> stated_covariance() const;
+  bool lost() const { return lost_variance_ > 0; }
   const NavigatorConfig& config() const { return config_; }
   // Mutable, for a caller that turns a sensor on or off at a time.
   NavigatorConfig& settings() { return config_; }
@@ -196,6 +211,8 @@ class Navigator : private NavigatorMemory {
   void run_pending();
   void use_tick(const OdometerTick& tick);
   void use_fix(const Fix& fix, bool user);
+  void coast_to(double t);
+  bool find_heading(const Fix& fix);
   void contradict(double nis);
   void judge_odometer(const Weighed& w, double y, double t);
   void reset_accumulator(int axis, double value);
