@@ -311,6 +311,24 @@ TEST(Filter, StartsFromACertificate) {
   EXPECT_FALSE(fs::exists(bad.solution));
   EXPECT_EQ(navigate(d, "filter", "--calibration nowhere.json").result.exit_code, 3);
 }
+TEST(Filter, AStateGivenNamesItsHeading) {
+  const fs::path folder = fs::path(loxo::testing::scratch_folder()) / "filter_state";
+  ASSERT_EQ(loxo::testing::run("simulate city-drive --quiet -o " + folder.string() +
+                               " --set imu.rate=20Hz --set reference.rate=1Hz")
+                .exit_code,
+            0);
+  const auto r = loxo::testing::run("navigate " + folder.string() + " --mode filter --json -o " +
+                                    folder.string() + "/s.csv");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const auto reference =
+      loxo::testing::columns(loxo::testing::slurp(folder.string() + "/reference.csv"));
+  const Json a = parse_json(r.out, "stdout")["alignment"];
+  EXPECT_EQ(a["method"], "state");
+  // To the reference's rounding on its way through a quaternion.
+  EXPECT_NEAR(a["heading_deg"].get<double>(),
+              std::strtod(reference.at("heading_deg")[0].c_str(), nullptr), 1e-9);
+}
+
 TEST(Filter, VerticalModes) {
   Spec spec;
   spec.length = 150;

@@ -427,6 +427,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
     s.q = normalized(Quat<Ecef, Body>{st.q[0], st.q[1], st.q[2], st.q[3]});
     s.t = t0;
     b.report.method = "state";
+    b.report.heading = solution_row(ell, s.t, s.r, s.v, s.q).heading;
     b.report.heading_std = or_else(st.heading_std, 0.1 * deg);
     alignment_covariance(ell, s, config.gyro_bias, config.accel_bias, 0.05 * deg,
                          b.report.heading_std, false, P);
