@@ -90,6 +90,23 @@ void accumulator_rate(const MeasurementPoint& p, const NominalState& s, const Mo
   const Vec<Body> vb = point_velocity(p, s.lever);
   for (int i = 0; i < 3; ++i) rate[i] = dot(m.axis[i], vb);
 }
+void across_the_way(AccumulatorTransition<double>& t, const double rate[3]) {
+  // Slip is an angle, and it stands both in the displacement to the side, v theta, and in the row
+  // that predicts it (theta on the speed): their product has a mean, which pulls the speed down by
+  // P_vv / v every second. At the constraint itself, d(v theta) less theta dv, the row has no part
+  // along the way. Below 1 m/s ([EST-13]) there is no way to speak of.
+  for (int i = 0; i < 3; i += 2) {
+    const double slope = rate[i] * rate[1] / (rate[1] * rate[1] + 1.0);
+    for (int j = 0; j < 3; ++j) {
+      t.psi.m[i][j] -= slope * t.psi.m[1][j];
+      t.dv.m[i][j] -= slope * t.dv.m[1][j];
+      t.bg.m[i][j] -= slope * t.bg.m[1][j];
+      t.lever.m[i][j] -= slope * t.lever.m[1][j];
+    }
+    t.eps_h[i] -= slope * t.eps_h[1];
+    t.eps_p[i] -= slope * t.eps_p[1];
+  }
+}
 ScalarMeasurement accumulated_distance(const NominalState& s, double speed_change) {
   ScalarMeasurement o;
   o.h = s.scale * s.d[1];

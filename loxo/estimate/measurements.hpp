@@ -43,6 +43,9 @@ AccumulatorTransition<double> accumulator_transition(const MeasurementPoint& p,
                                                      double dt);
 void accumulator_rate(const MeasurementPoint& p, const NominalState& s, const MountingAxes& m,
                       double rate[3]);
+// Rows right and up of the transition across the way: less their part along it (rate: of
+// accumulator_rate), which is what keeps the constraint from pulling the speed. [EST-12]
+void across_the_way(AccumulatorTransition<double>& t, const double rate[3]);
 // A tick: z = indicated distance; speed_change = v_odo(t2) - v_odo(t1) for the delay's column.
 // [EST-12]
 ScalarMeasurement accumulated_distance(const NominalState& s, double speed_change);

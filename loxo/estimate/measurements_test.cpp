@@ -180,6 +180,52 @@ TEST(Measurements, AccumulatorTransitionEqualsDifferences) {
   }
 }
 
+// Rows right and up across the way: the derivative of (v_r v_f0 / v_f), that is of the angle times
+// a speed held, so that a change of speed alone is nothing to them; the row along the way
+// untouched.
+TEST(Measurements, AcrossTheWayIsTheAnglesDerivative) {  // [EST-12], [EST-13]
+  Regime draw;
+  World w = draw.at(0.7);
+  w.p.v = w.p.C * Vec<Body>{0.5, 20, -0.3};
+  const MountingAxes m = mounting_axes(w.s.eps_h, w.s.eps_p);
+  const double dt = 0.1;
+  double d[3];
+  accumulator_rate(w.p, w.s, m, d);
+  const AccumulatorTransition<double> plain = accumulator_transition(w.p, w.s, m, dt);
+  AccumulatorTransition<double> t = plain;
+  across_the_way(t, d);
+  // Regularised below 1 m/s: relative part (1 m/s / v_f)^2 of the slope.
+  const double held = d[1] * d[1] / (d[1] * d[1] + 1.0);
+  for (int i = 0; i < kStates; ++i) {
+    if (i == kTau || i == kScale || i >= kAcc) continue;
+    const double e = 1e-5;
+    double plus[3], minus[3];
+    const World a = truth(w, i, e), b = truth(w, i, -e);
+    accumulator_rate(a.p, a.s, mounting_axes(a.s.eps_h, a.s.eps_p), plus);
+    accumulator_rate(b.p, b.s, mounting_axes(b.s.eps_h, b.s.eps_p), minus);
+    auto value = [i](const AccumulatorTransition<double>& x, int k) {
+      if (i < 3) return x.psi.m[k][i];
+      if (i < 6) return x.dv.m[k][i - 3];
+      if (i >= kBg && i < kBg + 3) return x.bg.m[k][i - kBg];
+      if (i == kEpsH) return x.eps_h[k];
+      if (i == kEpsP) return x.eps_p[k];
+      if (i >= kLever && i < kLever + 3) return x.lever.m[k][i - kLever];
+      return 0.0;
+    };
+    EXPECT_EQ(value(t, 1), value(plain, 1)) << i;
+    for (int k : {0, 2}) {
+      const double angle = -dt * d[1] * (plus[k] / plus[1] - minus[k] / minus[1]) / (2 * e);
+      const double expected = held * angle + (1 - held) * value(plain, k);
+      EXPECT_NEAR(value(t, k), expected, 1e-6 * std::fabs(expected) + 1e-9) << k << " " << i;
+    }
+  }
+  // At a stand there is no way: nothing is taken off.
+  const double still[3] = {0.01, 0, 0.01};
+  AccumulatorTransition<double> at_rest = plain;
+  across_the_way(at_rest, still);
+  EXPECT_EQ(at_rest.dv.m[0][0], plain.dv.m[0][0]);
+}
+
 // H_tau: the reading belongs to t - tau; along the acceleration. [EST-11]
 TEST(Measurements, DelayColumnEqualsDifferences) {
   Regime draw;

@@ -457,12 +457,13 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
                wa = config_.bias_moving * config_.accel_bias;
   q.bg = 2.0 * wg * wg * dt / config_.gyro_bias_tau;
   q.ba = 2.0 * wa * wa * dt / config_.accel_bias_tau;
-  const AccumulatorTransition<double> acc = accumulator_transition(mid, s_, mounting_, dt);
+  double d[3];
+  accumulator_rate(mid, s_, mounting_, d);
+  AccumulatorTransition<double> acc = accumulator_transition(mid, s_, mounting_, dt);
+  across_the_way(acc, d);
   predict(P_, t, q, &acc);
   if (tape_) product_->advance(t, acc);
 
-  double d[3];
-  accumulator_rate(mid, s_, mounting_, d);
   for (int i = 0; i < 3; ++i) s_.d[i] += dt * d[i];
   // [EST-13]: slip is process noise of the accumulators, and the walks of the odometer's constants.
   const double v2 = min(1.0, d[1] * d[1]);

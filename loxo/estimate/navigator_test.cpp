@@ -359,5 +359,47 @@ TEST(Navigator, SmootherIsBetterAndConsistentAtTheConstants) {
   EXPECT_NEAR(t.k, last_k, 1e-12);
 }
 
+// Slip to both sides in turn, and nothing that knows the speed: the constraint must leave it alone.
+// Predicted by a row that leans with the slip it is given, it would pull the speed down by
+// P_vv theta (v theta)/R every second. [EST-12], [EST-13]
+TEST(Navigator, SideSlipDoesNotPullTheSpeed) {
+  constexpr double kSpeed = 20, kAngle = 1e-3, kSpeedStd = 1, kSeconds = 20;
+  const ExactRoute route = make_exact_route(
+      wgs84(), Geodetic<double>{50 * deg, 10 * deg, 120}, [](double) { return 0.6; },
+      [](double) { return kSpeed; }, kSeconds, kStep, 0);
+  NavigatorConfig c;
+  c.ellipsoid = wgs84();
+  c.imu_interval = kStep;
+  c.use_odometer = c.use_zupt = c.use_zaru = false;
+  c.nhc_side = c.nhc_up = kSpeed * kAngle, c.nhc_turn = 0, c.nhc_std = 1e-4;
+  Navigator nav(c);
+  NavigatorStart start;
+  start.state.r = route.r[0], start.state.v = route.v[0], start.state.q = route.q[0];
+  // Its direction is known, its length is not.
+  const Vec<Ecef> along = (kSpeedStd / kSpeed) * route.v[0];
+  const double a[3] = {along.x, along.y, along.z};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) start.P.p[kDv + i][kDv + j] = a[i] * a[j];
+  nav.start(start);
+  double slip = 0, speed = 0;  // its mean over the last two seconds, one to each side
+  const int second = static_cast<int>(std::lround(1 / kStep));
+  for (std::size_t i = 1; i < route.q.size(); ++i) {
+    const int n = static_cast<int>(i - 1) / second;
+    const double next = n % 2 == 0 ? kAngle : -kAngle;
+    const Vec<Body> turned{0, 0, next};
+    ImuIncrement<double> u;
+    u.t = static_cast<double>(i) * kStep, u.dt = kStep;
+    u.dtheta = route.dtheta[i] - cross(turned, route.dtheta[i]) + Vec<Body>{0, 0, next - slip};
+    u.dv = route.dv[i] - cross(turned, route.dv[i]);
+    slip = next;
+    nav.imu(u);
+    if (i + static_cast<std::size_t>(2 * second) >= route.q.size())
+      speed += norm(nav.state().v) / (2 * second);
+  }
+  const double pull = kSeconds * kSpeedStd * kSpeedStd / kSpeed;  // R = (v theta)^2
+  EXPECT_NEAR(speed, kSpeed, 0.02 * pull);
+  EXPECT_GT(nav.innovations(Sensor::kSide).used, 0.9 * kSeconds);
+}
+
 }  // namespace
 }  // namespace loxo
