@@ -165,6 +165,22 @@ TEST(Filter, WrongOdometerUnitIsFoundFromTheImu) {
   EXPECT_NE(r.result.out.find("odometer_unit"), std::string::npos) << r.result.out;
   EXPECT_NE(r.result.out.find("km/h"), std::string::npos);
 }
+// Ten sigma from what an undeclared scale is taken for: without a start from the IMU its wheel
+// would be rejected from the first metre.
+TEST(Filter, AScaleFarFromOneIsFound) {
+  for (const double k : {0.8, 1.3}) {
+    Spec spec;
+    spec.odometer_unit = k;
+    const Ran r =
+        navigate(write_drive("scale" + std::to_string(k), spec), "filter", "--no-fixes --json");
+    ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+    EXPECT_NE(r.result.out.find("times the true way"), std::string::npos) << r.result.out;
+    const Json c = parse_json(r.result.out, "stdout")["constants"];
+    EXPECT_LT(std::fabs(c["k"].get<double>() - 1.02 * k), 4 * c["k_std"].get<double>()) << c;
+    EXPECT_LT(c["k_std"].get<double>(), 0.02);
+  }
+}
+
 TEST(Filter, MountingNear90And180IsFound) {
   for (double eps : {90.0, 179.0, -90.0}) {
     Spec spec;

@@ -270,7 +270,7 @@ namespace {
 // backward.
 struct CoarseOdometer {
   bool found = false;
-  double k = 1, eps = 0, explained = 0;
+  double k = 1, k_std = 0, eps = 0, explained = 0;
   int windows = 0;
 };
 CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTick>& ticks,
@@ -335,6 +335,8 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
                uv = ux * xv + uy * yv;
   out.explained = uv * uv / (uu * vv);
   out.k = std::sqrt(vv / uu);
+  // Of the slope's scatter, and 2 % for slopes of the road and gravity's part in them.
+  out.k_std = out.k * std::sqrt((1 - out.explained) / (out.explained * n) + 4e-4);
   out.eps = std::atan2(-ux, uy);
   out.windows = static_cast<int>(rows.size());
   out.found = out.explained > 0.5 && vv / n > 0.05;
@@ -375,9 +377,19 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
             fmt::format("the IMU's acceleration says that the odometer shows {:.3g} times the true "
                         "speed ({}?); taken as the start value",
                         c.k, best));
+      config.scale_walk *= c.k / config.scale;
       config.scale = c.k;
       config.scale_std = 0.1 * c.k;
-      config.scale_walk *= c.k;
+    } else if (c.found &&
+               std::fabs(c.k - config.scale) > 3 * std::hypot(config.scale_std, c.k_std)) {
+      d.warn(
+          "odometer_scale", "odometer",
+          fmt::format("the IMU's acceleration says that the odometer shows {:.2f} times the true "
+                      "way (expected {:.2f} +- {:.2f}); taken as the start value, +- {:.2f}",
+                      c.k, config.scale, config.scale_std, 2 * c.k_std));
+      config.scale_walk *= c.k / config.scale;
+      config.scale = c.k;
+      config.scale_std = std::max(config.scale_std, 2 * c.k_std);
     }
   }
 }
