@@ -142,6 +142,66 @@ TEST(Filter, FindsScaleAndMountingOnASmallDrive) {
   ASSERT_EQ(s.result.exit_code, 0) << s.result.err;
   EXPECT_EQ(parse_json(s.result.out, "stdout")["mode"], "segmented");
 }
+// What a drive declares of an external height, a heading sensor, an antenna and the gyros' triad
+// becomes a state; without the declaration it is none.
+TEST(Filter, DeclaredBiasesAreEstimated) {
+  Spec spec;
+  const std::string sensors =
+      "[height]\nfile = \"alt.csv\"\ncolumns = { time = \"t_s\", height = \"h_m\" }\nerrors = { "
+      "height = \"0.5 m\"%s }\n[heading]\nfile = \"heading.csv\"\ncolumns = { time = \"t_s\", "
+      "heading = \"heading_deg\" }\nerrors = { heading = \"0.3 deg\"%s }\n";
+  const auto with = [&](const std::string& height, const std::string& heading) {
+    std::string text = sensors;
+    text.replace(text.find("%s"), 2, height);
+    text.replace(text.find("%s"), 2, heading);
+    return text;
+  };
+  spec.extra = with(", bias = \"20 m\"", ", heading_bias = \"5 deg\"");
+  spec.fix_errors = "errors = { position = \"3 m\", lever_arm = \"1 m\" }\n";
+  const fs::path d = write_drive("biases", spec);
+  {
+    std::ofstream alt(d / "alt.csv"), heading(d / "heading.csv");
+    alt << "t_s,h_m\n", heading << "t_s,heading_deg\n";
+    alt.precision(12), heading.precision(12);
+    std::mt19937_64 rng(7);
+    std::normal_distribution<double> g;
+    for (int t = 1; t < 240; ++t) {
+      alt << t << ',' << 100 + 8 + 0.5 * g(rng) << '\n';
+      const double course = 0.6 + std::clamp((t - 90) * 0.1, 0.0, 1.2) -
+                            std::clamp((t - 140) * 0.1, 0.0, 1.5) +
+                            std::clamp((t - 190) * 0.1, 0.0, 1.0);
+      heading << t << ',' << course / deg + 1.0 - 2.0 + 0.3 * g(rng) << '\n';
+    }
+  }
+  for (const char* mode : {"filter", "smooth"}) {
+    const Ran r = navigate(d, mode, "--json");
+    ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+    const Json j = parse_json(r.result.out, "stdout");
+    const auto expect = [&](const std::string& key, double truth, double prior) {
+      ASSERT_TRUE(j["constants"].contains(key)) << key;
+      const double value = j["constants"][key], std = j["constants"][key + "_std"];
+      EXPECT_NEAR(value, truth, 4 * std) << key;
+      EXPECT_LT(std, prior) << key;
+    };
+    expect("height_bias_m", 8.0, 2.0);
+    expect("heading_bias_deg", -2.0, 1.0);
+    expect("antenna_right_m", 0.0, 1.0);
+    EXPECT_FALSE(j["constants"].contains("gyro_misalignment_right_to_up_mrad"));
+  }
+  spec.extra = with("", "");
+  spec.fix_errors = "errors = { position = \"3 m\" }\n";
+  write_drive("biases", spec);
+  const Ran none = navigate(d, "filter", "--json --without heights,headings");
+  ASSERT_EQ(none.result.exit_code, 0) << none.result.err;
+  const Json j = parse_json(none.result.out, "stdout");
+  EXPECT_FALSE(j["constants"].contains("height_bias_m"));
+  EXPECT_FALSE(j["constants"].contains("antenna_up_m"));
+  const Ran misaligned =
+      navigate(d, "filter", "--json --set 'imu.errors.gyro_misalignment=\"1 mrad\"'");
+  ASSERT_EQ(misaligned.result.exit_code, 0) << misaligned.result.err;
+  EXPECT_TRUE(parse_json(misaligned.result.out, "stdout")["constants"].contains(
+      "gyro_misalignment_right_to_up_mrad"));
+}
 TEST(Filter, OnlineCalibrationTellsWhatItKnows) {
   Diagnostics d;
   const OnlineCalibration c =

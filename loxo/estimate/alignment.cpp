@@ -13,6 +13,7 @@ NavigatorConfig standing(const FineAlignmentConfig& c) {
   n.vertical_std = 0;
   n.fix_std_min = 0;
   n.late_limit = 0;
+  n.fix_lever_std = n.height_bias_std = n.heading_bias_std = n.gyro_misalignment = 0;
   for (double& l : n.fix_lever) l = 0;
   return n;
 }

@@ -6,7 +6,7 @@
 namespace loxo {
 namespace {
 
-constexpr int kNine = 9, kLd = Covariance<kStates>::kStride;
+constexpr int kNine = 9;
 
 struct NineByNine {
   double m[kNine][kNine]{};
@@ -20,8 +20,9 @@ void put(NineByNine& j, int row, int column, const Block3<>& b) {
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) j.m[row + i][column + k] = b.m[i][k];
 }
-void times(double (*rows)[kLd], const NineByNine& j) {
-  for (int c = 0; c < kLd; ++c) {
+template <int W>
+void times(double (*rows)[W], const NineByNine& j) {
+  for (int c = 0; c < W; ++c) {
     double x[kNine];
     for (int i = 0; i < kNine; ++i) x[i] = rows[i][c];
     for (int i = 0; i < kNine; ++i) {
@@ -32,7 +33,8 @@ void times(double (*rows)[kLd], const NineByNine& j) {
   }
 }
 // x' = J x on the nine navigation errors.
-void apply(Covariance<kStates>& P, TransitionProduct* product, const NineByNine& j) {
+void apply(Covariance<kStates>& P, TransitionProduct* product, ExtraCovariance* X,
+           const NineByNine& j) {
   times(P.p, j);
   for (int r = 0; r < kStates; ++r) {
     double x[kNine];
@@ -45,8 +47,10 @@ void apply(Covariance<kStates>& P, TransitionProduct* product, const NineByNine&
   }
   for (int i = 0; i < kNine; ++i)
     for (int k = i + 1; k < kStates; ++k) P.p[i][k] = P.p[k][i];
+  if (X) times(X->c, j);
   if (!product) return;
   times(product->f, j);
+  times(product->extra, j);
   product->identity = false;
 }
 // Noise n of the heading, that turns the velocity with it: psi += u n, dv += (v x u) n.
@@ -60,10 +64,10 @@ void add_turn(Covariance<kStates>& P, const Vec<Ecef>& v, const Vec<Ecef>& u, do
 }  // namespace
 
 void coast(NominalState& s, Covariance<kStates>& P, TransitionProduct* product, const CoastNoise& q,
-           double dt) {
+           double dt, ExtraCovariance* X) {
   NineByNine j = identity9();
   for (int i = 0; i < 3; ++i) j.m[kDr + i][kDv + i] = dt;
-  apply(P, product, j);
+  apply(P, product, X, j);
   s.r = s.r + s.v * dt;
   s.t += dt;
   const Vec<Ecef> right = cross(q.ahead, q.up);
@@ -90,7 +94,7 @@ double heading_sigma(const Covariance<kStates>& P, const Vec<Ecef>& up) {
 // With b = dv - [v] psi, what is wrong of the velocity beside the heading:
 //   psi' = D (I - u u^T) psi + u n,  b' = D b,  so dv' = D dv + (u x Dv) (u^T psi) - (u x Dv) n.
 void turn_heading(NominalState& s, Covariance<kStates>& P, TransitionProduct* product,
-                  const Vec<Ecef>& up, double angle, double sigma) {
+                  const Vec<Ecef>& up, double angle, double sigma, ExtraCovariance* X) {
   const Quat<Ecef, Ecef> d = exp_rotation<Ecef, Ecef>(up * angle);
   const Block3<> D = block_of(to_matrix(d));
   s.q = normalized(d * s.q);
@@ -107,17 +111,17 @@ void turn_heading(NominalState& s, Covariance<kStates>& P, TransitionProduct* pr
   put(j, kPsi, kPsi, psi);
   put(j, kDv, kPsi, dv);
   put(j, kDv, kDv, D);
-  apply(P, product, j);
+  apply(P, product, X, j);
   add_turn(P, s.v, up, sigma * sigma);
 }
 
 void forget_position(Covariance<kStates>& P, TransitionProduct* product, const Vec<Ecef>& up,
-                     double sigma) {
+                     double sigma, ExtraCovariance* X) {
   NineByNine j = identity9();
   const double u[3] = {up.x, up.y, up.z};
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) j.m[kDr + i][kDr + k] = u[i] * u[k];
-  apply(P, product, j);
+  apply(P, product, X, j);
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k)
       P.p[kDr + i][kDr + k] += sigma * sigma * ((i == k ? 1.0 : 0.0) - u[i] * u[k]);

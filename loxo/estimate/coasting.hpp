@@ -15,9 +15,10 @@ struct CoastNoise {
   double forward = 0, sideways = 0;  // (m/s)^2/s along `forward` and across it
   Vec<Ecef> up, ahead;               // unit vectors: the vertical, the way of travel
 };
-// Straight on for dt: r along v, attitude and velocity as they are. `product` may be null.
+// Straight on for dt: r along v, attitude and velocity as they are. `product` and, here and below,
+// X (the rest of the covariance of a filter with extra states) may be null.
 void coast(NominalState& s, Covariance<kStates>& P, TransitionProduct* product, const CoastNoise& q,
-           double dt);
+           double dt, ExtraCovariance* X = nullptr);
 
 // Sigma of the rotation about the vertical, rad.
 double heading_sigma(const Covariance<kStates>& P, const Vec<Ecef>& up);
@@ -26,10 +27,10 @@ double heading_sigma(const Covariance<kStates>& P, const Vec<Ecef>& up);
 // from above) and takes `sigma` for what is then known of the heading; what was believed of it
 // before is dropped, what is known of level and of the speed along the body's axes stays.
 void turn_heading(NominalState& s, Covariance<kStates>& P, TransitionProduct* product,
-                  const Vec<Ecef>& up, double angle, double sigma);
+                  const Vec<Ecef>& up, double angle, double sigma, ExtraCovariance* X = nullptr);
 
 // The horizontal position is known to `sigma` [m] per axis, by nothing that came before.
 void forget_position(Covariance<kStates>& P, TransitionProduct* product, const Vec<Ecef>& up,
-                     double sigma);
+                     double sigma, ExtraCovariance* X = nullptr);
 
 }  // namespace loxo

@@ -115,13 +115,23 @@ void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<
   }
 }
 
+namespace {
+template <int W>
+void advance(double (*f)[W], const ErrorTransition<double>& t,
+             const AccumulatorTransition<double>* acc) {
+  alignas(64) double y[12][W];
+  apply<kStates, W, W, W, double>(y, t, acc, f);
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < W; ++j) f[i < 9 ? i : kAcc + i - 9][j] = y[i][j];
+}
+}  // namespace
 void advance_product(double (*f)[Covariance<kStates>::kStride], const ErrorTransition<double>& t,
                      const AccumulatorTransition<double>* acc) {
-  constexpr int kLd = Covariance<kStates>::kStride;
-  alignas(64) double y[12][kLd];
-  apply<kStates, kLd, kLd, kLd, double>(y, t, acc, f);
-  for (int i = 0; i < 12; ++i)
-    for (int j = 0; j < kLd; ++j) f[i < 9 ? i : kAcc + i - 9][j] = y[i][j];
+  advance<Covariance<kStates>::kStride>(f, t, acc);
+}
+void advance_extra(double (*c)[kExtraStride], const ErrorTransition<double>& t,
+                   const AccumulatorTransition<double>* acc) {
+  advance<kExtraStride>(c, t, acc);
 }
 
 template <int N, Real S>

@@ -15,6 +15,7 @@ namespace loxo {
 inline constexpr int kPsi = 0, kDv = 3, kDr = 6, kBg = 9, kBa = 12, kSg = 15, kSa = 18;
 inline constexpr int kScale = 21, kEpsH = 22, kEpsP = 23, kLever = 24, kTau = 27, kAcc = 28;
 inline constexpr int kOffset = 31, kStates = 32;
+inline constexpr int kExtraStride = 16;  // of the blocks in extra_states.hpp
 
 // Symmetric; both triangles are kept and stay equal to the bit. N: 15, 21 or 32. Rows are padded
 // for vectors; the padding stays zero.
@@ -43,6 +44,10 @@ void predict(Covariance<N, S>& P, const ErrorTransition<S>& t, const ErrorNoise<
 // constants' rows stay.
 void advance_product(double (*f)[Covariance<kStates>::kStride], const ErrorTransition<double>& t,
                      const AccumulatorTransition<double>* acc);
+
+// The same for columns that are constants' (extra_states.hpp).
+void advance_extra(double (*c)[kExtraStride], const ErrorTransition<double>& t,
+                   const AccumulatorTransition<double>* acc);
 
 // A row of H by its non-zero elements.
 template <Real S = double>

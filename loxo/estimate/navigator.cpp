@@ -146,6 +146,15 @@ Navigator::~Navigator() = default;
 void Navigator::start(const NavigatorStart& start) {
   s_ = start.state;
   P_ = start.P;
+  X_ = {};
+  if (dot(s_.antenna, s_.antenna) == 0)
+    s_.antenna = {config_.fix_lever[0], config_.fix_lever[1], config_.fix_lever[2]};
+  const auto on = [&](int i, double sigma) { X_.e[i - kStates][i - kStates] = sigma * sigma; };
+  extra_ = has_extra_states(config_);
+  for (int i = 0; i < 3; ++i) on(kAntenna + i, config_.fix_lever_std);
+  on(kHeightBias, config_.height_bias_std);
+  on(kHeadingBias, config_.heading_bias_std);
+  for (int i = 0; i < 6; ++i) on(kMisalignment + i, config_.gyro_misalignment);
   h0_ = to_normal(config_.ellipsoid, s_.r).h;
   mounting_ = mounting_axes(s_.eps_h, s_.eps_p);
   product_->clear();
@@ -154,7 +163,7 @@ void Navigator::start(const NavigatorStart& start) {
   pending_->started = true;
   rewind_to_ = 1e300;
   if (history_) history_->count = 0;
-  if (tape_) tape_->epoch(s_, P_, health());
+  if (tape_) tape_->epoch(s_, P_, rest(), health());
 }
 
 // The time from which a measurement may be used: now, where it is ahead of the strapdown; its own
@@ -325,7 +334,7 @@ void Navigator::process(const ImuIncrement<double>& sample, std::uint32_t said) 
   epoch_age_ += gap;
   if (tape_ && epoch_age_ >= config_.product_epoch * (1 - 1e-9)) {
     tape_flush();
-    tape_->epoch(s_, P_, health());
+    tape_->epoch(s_, P_, rest(), health());
     epoch_age_ = 0;
   }
   const double speed2 = dot(s_.v, s_.v), h = norm(s_.r - Point<Ecef>{});
@@ -361,7 +370,7 @@ void Navigator::coast_to(double t) {
     q.level = level * level / gap;
     q.forward = force;
     q.sideways = config_.use_nhc ? config_.speed_std * config_.speed_std / gap : force;
-    coast(s_, P_, product, q, h);
+    coast(s_, P_, product, q, h, rest());
     for (int k = 0; k < 3; ++k) {
       const double wg = config_.bias_moving * config_.gyro_bias,
                    wa = config_.bias_moving * config_.accel_bias;
@@ -384,7 +393,7 @@ void Navigator::coast_to(double t) {
   if (sigma > config_.heading_lost) {
     lost_variance_ = sigma * sigma;
     lost_from_ = s_.r;
-    turn_heading(s_, P_, product, up, 0.0, 0.0);
+    turn_heading(s_, P_, product, up, 0.0, 0.0, rest());
   }
 }
 
@@ -406,8 +415,9 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
     return Vec<Body>{(x.x - b.x * h) / (1 + g.x), (x.y - b.y * h) / (1 + g.y),
                      (x.z - b.z * h) / (1 + g.z)};
   };
-  const Vec<Body> dtheta = corrected(dtheta_m, s_.bg, s_.sg, dt),
-                  dv = corrected(dv_m, s_.ba, s_.sa, dt);
+  Vec<Body> dtheta = corrected(dtheta_m, s_.bg, s_.sg, dt);
+  const Vec<Body> dv = corrected(dv_m, s_.ba, s_.sa, dt);
+  if (extra_) dtheta = dtheta - misaligned(s_.misalignment, dtheta);
   const double rate = 1.0 / dt;
   w_meas_ = dtheta_m * rate;
   f_meas_ = dv_m * rate;
@@ -461,7 +471,18 @@ void Navigator::step(double dt, const Vec<Body>& dtheta_m, const Vec<Body>& dv_m
   accumulator_rate(mid, s_, mounting_, d);
   AccumulatorTransition<double> acc = accumulator_transition(mid, s_, mounting_, dt);
   across_the_way(acc, d);
-  predict(P_, t, q, &acc);
+  if (!extra_) {
+    predict(P_, t, q, &acc);
+  } else {
+    const MisalignmentTransition turn = misalignment_transition(t, w);
+    predict(P_, X_, t, q, &acc, config_.gyro_misalignment > 0 ? &turn : nullptr);
+    const auto walk = [&](int i, double density) {
+      X_.e[i - kStates][i - kStates] += density * density * dt;
+    };
+    walk(kHeightBias, config_.height_bias_walk);
+    walk(kHeadingBias, config_.heading_bias_walk);
+    if (tape_) product_->advance_extra(t, acc, turn);
+  }
   if (tape_) product_->advance(t, acc);
 
   for (int i = 0; i < 3; ++i) s_.d[i] += dt * d[i];
@@ -492,15 +513,22 @@ void Navigator::tape_flush() {
   product_->clear();
 }
 
+void Navigator::projection(const SparseRow<double>& row, FullProjection& out) const {
+  if (extra_)
+    project(P_, X_, row, out);
+  else
+    project(P_, row, out.main);
+}
+
 bool Navigator::scalar(Sensor sensor, const ScalarMeasurement& m, double z, double r,
                        const Gate& gate, Weighed* out) {
-  Projection<kStates> a;
-  project(P_, m.row, a);
+  FullProjection a;
+  projection(m.row, a);
   double hx = 0;
   for (int k = 0; k < m.row.n; ++k) hx += m.row.value[k] * x_[m.row.index[k]];
   const double y = z - m.h - hx;
-  const Weighed w = weigh(y, a.s0, r, gate);
-  counts_[static_cast<int>(sensor)].add(y, a.s0 + r, w);
+  const Weighed w = weigh(y, a.main.s0, r, gate);
+  counts_[static_cast<int>(sensor)].add(y, a.main.s0 + r, w);
   if (out) *out = w;
   if (sensor != Sensor::kFix && sensor != Sensor::kZeroVelocity && sensor != Sensor::kZeroRate)
     contradict(w.nis);
@@ -508,14 +536,13 @@ bool Navigator::scalar(Sensor sensor, const ScalarMeasurement& m, double z, doub
     health_ |= kHealthRejected;
     return false;
   }
-  if (tape_) {
-    tape_flush();
-    double gain[kStates];
-    update(P_, x_, a, y, w.r, true, gain);
-    tape_->measurement(m.row, a.s0 + w.r, y, gain);
-  } else {
-    update(P_, x_, a, y, w.r, true);
-  }
+  double gain[kAllStates];
+  if (tape_) tape_flush();
+  if (extra_)
+    update(P_, X_, x_, a, y, w.r, gain);
+  else
+    update(P_, x_, a.main, y, w.r, true, tape_ ? gain : nullptr);
+  if (tape_) tape_->measurement(m.row, a.main.s0 + w.r, y, gain);
   touched_ = true;
   return true;
 }
@@ -524,11 +551,13 @@ bool Navigator::scalar(Sensor sensor, const ScalarMeasurement& m, double z, doub
 void Navigator::close() {
   if (!touched_) return;
   feed_back(s_, x_);
+  if (extra_) feed_back_extra(s_, x_ + kStates);
   // The delay in use moves both ends of the accumulated way: its begin here, its end at the tick.
   if (s_.scale != 0) s_.d[1] += tick_begin_speed_ / s_.scale * x_[kTau];
   const double psi2 = x_[0] * x_[0] + x_[1] * x_[1] + x_[2] * x_[2];
   if (psi2 > 1e-6) {
     reset_attitude(P_, x_);
+    if (extra_) reset_attitude(X_, x_);
     if (tape_) product_->reset_attitude(x_);
   }
   mounting_ = mounting_axes(s_.eps_h, s_.eps_p);
@@ -540,6 +569,7 @@ void Navigator::reset_accumulator(int axis, double value) {
   s_.d[axis] = value;
   const int i = kAcc + axis;
   for (int j = 0; j < kStates; ++j) P_.p[i][j] = P_.p[j][i] = 0;
+  for (double& c : X_.c[i]) c = 0;
   if (tape_) product_->reset_accumulator(axis);
 }
 
@@ -618,11 +648,14 @@ void Navigator::run_pending() {
     const MeasurementPoint p = point(s_.t - z.t);
     const NormalHeight<double> n = to_normal(config_.ellipsoid, p.r);
     const LevelAxes<double> a = geographic_level_axes(config_.ellipsoid, n.n, n.h);
-    const ScalarMeasurement m =
-        heading_in(p, row_of(a.C_me, 0), row_of(a.C_me, 1), n.n, a.azimuth_turn);
+    ScalarMeasurement m = heading_in(p, row_of(a.C_me, 0), row_of(a.C_me, 1), n.n, a.azimuth_turn);
+    m.h += s_.heading_bias;
+    if (extra_) m.row.add(kHeadingBias, 1.0);
     const double sd = z.std > 0 ? z.std : config_.heading_std;
     if (lost()) {
-      turn_heading(s_, P_, tape_ ? product_.get() : nullptr, n.n, -wrap_pi(z.heading - m.h), sd);
+      const double bias = X_.e[kHeadingBias - kStates][kHeadingBias - kStates];
+      turn_heading(s_, P_, tape_ ? product_.get() : nullptr, n.n, -wrap_pi(z.heading - m.h),
+                   sqrt(sd * sd + bias), rest());
       lost_variance_ = 0;
       continue;
     }
@@ -634,8 +667,10 @@ void Navigator::run_pending() {
     const MeasurementPoint p = point(s_.t - z.t);
     const NormalHeight<double> n = to_normal(config_.ellipsoid, p.r);
     const Point<Ecef> held = from_normal(config_.ellipsoid, NormalHeight<double>{n.n, z.h});
-    scalar(Sensor::kHeight, position_along(p, Vec<Body>{}, n.n, held), 0.0,
-           config_.height_std * config_.height_std, open);
+    ScalarMeasurement m = position_along(p, Vec<Body>{}, n.n, held);
+    m.h += s_.height_bias;
+    if (extra_) m.row.add(kHeightBias, 1.0);
+    scalar(Sensor::kHeight, m, 0.0, config_.height_std * config_.height_std, open);
     if (z.rate == z.rate)
       scalar(Sensor::kHeight, velocity_along(p, Vec<Body>{}, n.n), z.rate, 0.01, open);
     close();
@@ -807,7 +842,7 @@ void Navigator::use_tick(const OdometerTick& tick) {
 // them: a turn of any size. False: the fix is not to be used (too near to the last).
 bool Navigator::find_heading(const Fix& f) {
   const MeasurementPoint p = point(s_.t - f.t);
-  const Vec<Body> l{config_.fix_lever[0], config_.fix_lever[1], config_.fix_lever[2]};
+  const Vec<Body> l = s_.antenna;
   const NormalHeight<double> n = to_normal(config_.ellipsoid, p.r);
   const Vec<Ecef> up = n.n;
   const auto level = [&](const Vec<Ecef>& x) { return x - up * dot(x, up); };
@@ -835,13 +870,13 @@ bool Navigator::find_heading(const Fix& f) {
   TransitionProduct* const product = tape_ ? product_.get() : nullptr;
   if (found) {
     turn_heading(s_, P_, product, up, atan2(dot(cross(own, told), up), dot(own, told)),
-                 max(std, 1e-3));
+                 max(std, 1e-3), rest());
     lost_variance_ = 0;
     anchored_ = false;
   } else {
     anchored_ = true;
   }
-  forget_position(P_, product, up, 1e4);
+  forget_position(P_, product, up, 1e4, rest());
   return true;
 }
 
@@ -853,7 +888,7 @@ void Navigator::use_fix(const Fix& f, bool user) {
   const Geodetic<double> here = to_geodetic(config_.ellipsoid, p.r);
   const Rot<Geographic, Ecef> C_ge = level_at(here);
   const Block3<> level = block_of(C_ge);
-  const Vec<Body> l{config_.fix_lever[0], config_.fix_lever[1], config_.fix_lever[2]};
+  const Vec<Body> l = s_.antenna;
   const bool with_h = f.h == f.h;
   const Point<Ecef> z =
       to_ecef(config_.ellipsoid, Geodetic<double>{f.lat, f.lon, with_h ? f.h : here.h});
@@ -865,17 +900,18 @@ void Navigator::use_fix(const Fix& f, bool user) {
     if (!(e > 0)) e = 1e-6;
   // The whole vector first: n^2 = y^T S^-1 y. [EST-9]
   ScalarMeasurement m[3];
-  Projection<kStates> a[3];
+  FullProjection a[3];
   double S[3][3], y[3];
   for (int i = 0; i < n; ++i) {
     m[i] = position_along(p, l, row_of(level, i), z);
-    project(P_, m[i].row, a[i]);
+    if (extra_) m[i].row.add3(kAntenna, transpose(p.C) * row_of(level, i));
+    projection(m[i].row, a[i]);
     y[i] = -m[i].h;
   }
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       S[i][j] = i == j ? r[i] : 0.0;
-      for (int k = 0; k < m[i].row.n; ++k) S[i][j] += m[i].row.value[k] * a[j].u[m[i].row.index[k]];
+      for (int k = 0; k < m[i].row.n; ++k) S[i][j] += m[i].row.value[k] * a[j][m[i].row.index[k]];
     }
   auto norm2 = [&](const double e[3]) {  // by Cholesky
     double L[3][3]{}, u[3], sum = 0;
@@ -947,10 +983,12 @@ void Navigator::use_fix(const Fix& f, bool user) {
     const MeasurementPoint p2 = point(age);
     const double sd = f.std_v > 0 ? f.std_v : config_.fix_velocity_std, rv = sd * sd;
     const double zv[3] = {f.ve, f.vn, f.vu};
-    for (int i = 0; i < 3; ++i)
-      if (zv[i] == zv[i])
-        scalar(Sensor::kFixVelocity, velocity_along(p2, l, row_of(level, i)), zv[i], rv,
-               config_.gate);
+    for (int i = 0; i < 3; ++i) {
+      if (!(zv[i] == zv[i])) continue;
+      ScalarMeasurement mv = velocity_along(p2, s_.antenna, row_of(level, i));
+      if (extra_) mv.row.add3(kAntenna, cross(transpose(p2.C) * row_of(level, i), p2.w_eb));
+      scalar(Sensor::kFixVelocity, mv, zv[i], rv, config_.gate);
+    }
     close();
   }
 }

@@ -57,7 +57,13 @@ struct NavigatorConfig {
   // Fixes and other sensors
   double fix_lever[3]{};
   double fix_std_min = 0;  // m
-  bool fix_gate = true;    // false: user fixes, never rejected (diagnosed)
+  // The states of extra_states.hpp: 0 is off, and where all are off the filter does not pay for
+  // them.
+  double fix_lever_std = 0;                            // m, each axis
+  double height_bias_std = 0, height_bias_walk = 0;    // m, m/sqrt(s)
+  double heading_bias_std = 0, heading_bias_walk = 0;  // rad, rad/sqrt(s)
+  double gyro_misalignment = 0;                        // rad, each of the six elements
+  bool fix_gate = true;  // false: user fixes, never rejected (diagnosed)
   double fix_velocity_std = 0.1;
   double heading_std = 0.0087, height_std = 5.0, velocity_std = 0.1;
   double vertical_std = 0;  // > 0: height held to the start's with this sigma at 1 Hz (fixed, ship)
@@ -79,6 +85,12 @@ struct NavigatorConfig {
                                // than an INS's memory
   double product_epoch = 1.0;  // s between epochs on the tape
 };
+
+// Whether any of the states of extra_states.hpp is on.
+inline bool has_extra_states(const NavigatorConfig& c) {
+  return c.fix_lever_std > 0 || c.height_bias_std > 0 || c.heading_bias_std > 0 ||
+         c.gyro_misalignment > 0;
+}
 
 // What the filter starts from; P on ECEF axes.
 struct NavigatorStart {
@@ -119,7 +131,8 @@ struct NavigatorMemory {
 
   NominalState s_;
   Covariance<kStates> P_;
-  double x_[kStates]{};
+  ExtraCovariance X_;
+  double x_[kAllStates]{};
   bool touched_ = false;
   StandstillDetector detector_;
   Standing standing_ = Standing::kMoving;
@@ -179,6 +192,9 @@ class Navigator : private NavigatorMemory {
   const Covariance<kStates>& covariance() const { return P_; }
   Covariance<kStates> stated_covariance() const;
   bool lost() const { return lost_variance_ > 0; }
+  // The rest of it, where has_extra().
+  const ExtraCovariance& extra_covariance() const { return X_; }
+  bool has_extra() const { return extra_; }
   const NavigatorConfig& config() const { return config_; }
   // Mutable, for a caller that turns a sensor on or off at a time.
   NavigatorConfig& settings() { return config_; }
@@ -205,6 +221,8 @@ class Navigator : private NavigatorMemory {
   bool scalar(Sensor sensor, const ScalarMeasurement& m, double z, double r, const Gate& gate,
               Weighed* out = nullptr);
   void close();
+  ExtraCovariance* rest() { return extra_ ? &X_ : nullptr; }
+  void projection(const SparseRow<double>& row, FullProjection& out) const;
   void tape_flush();
   void stand_still_epoch();
   void side_epoch();
@@ -221,6 +239,7 @@ class Navigator : private NavigatorMemory {
   FilterTape* tape_ = nullptr;
   std::unique_ptr<TransitionProduct> product_;
   EarthModel earth_;
+  bool extra_ = false;
   std::uint32_t next_health_ = 0;
   double rewind_to_ = 1e300;  // the oldest late measurement that waits
   std::unique_ptr<Pending> pending_;

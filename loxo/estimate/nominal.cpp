@@ -21,12 +21,20 @@ void feed_back(NominalState& s, const double x[kStates]) {
   for (int i = 0; i < 3; ++i) s.d[i] -= x[kAcc + i];
 }
 
+void feed_back_extra(NominalState& s, const double x[kExtra]) {
+  s.antenna = s.antenna + Vec<Body>{x[0], x[1], x[2]};
+  s.height_bias += x[kHeightBias - kStates];
+  s.heading_bias += x[kHeadingBias - kStates];
+  for (int i = 0; i < 6; ++i) s.misalignment[i] += x[kMisalignment - kStates + i];
+}
+
 namespace {
 Block3<> reset_block(const double x[kStates]) {
   return identity3<double>() + 0.5 * skew(Vec<Ecef>{x[0], x[1], x[2]});
 }
-void turn_rows(double (*rows)[Covariance<kStates>::kStride], const Block3<>& g) {
-  for (int j = 0; j < Covariance<kStates>::kStride; ++j) {
+template <int W>
+void turn_rows(double (*rows)[W], const Block3<>& g) {
+  for (int j = 0; j < W; ++j) {
     const double a = rows[0][j], b = rows[1][j], c = rows[2][j];
     for (int i = 0; i < 3; ++i) rows[i][j] = g.m[i][0] * a + g.m[i][1] * b + g.m[i][2] * c;
   }
@@ -46,8 +54,12 @@ void reset_attitude(Covariance<kStates>& P, const double x[kStates]) {
   }
 }
 
+void reset_attitude(ExtraCovariance& X, const double x[kStates]) { turn_rows(X.c, reset_block(x)); }
+
 void TransitionProduct::clear() {
   for (auto& row : f)
+    for (double& e : row) e = 0;
+  for (auto& row : extra)
     for (double& e : row) e = 0;
   for (int i = 0; i < kStates; ++i) f[i][i] = 1;
   identity = true;
@@ -57,12 +69,25 @@ void TransitionProduct::advance(const ErrorTransition<double>& t,
   advance_product(f, t, &acc);
   identity = false;
 }
+// F_xe <- Phi F_xe + G: the extra states' own transition is the identity.
+void TransitionProduct::advance_extra(const ErrorTransition<double>& t,
+                                      const AccumulatorTransition<double>& acc,
+                                      const MisalignmentTransition& m) {
+  loxo::advance_extra(extra, t, &acc);
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 6; ++k) {
+      extra[kPsi + i][kMisalignment - kStates + k] += m.psi[i][k];
+      extra[kDv + i][kMisalignment - kStates + k] += m.dv[i][k];
+    }
+}
 void TransitionProduct::reset_attitude(const double x[kStates]) {
   turn_rows(f, reset_block(x));
+  turn_rows(extra, reset_block(x));
   identity = false;
 }
 void TransitionProduct::reset_accumulator(int axis) {
   for (double& e : f[kAcc + axis]) e = 0;
+  for (double& e : extra[kAcc + axis]) e = 0;
   identity = false;
 }
 

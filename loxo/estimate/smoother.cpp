@@ -10,8 +10,7 @@ namespace loxo {
 namespace {
 
 enum Kind { kTransition = 1, kMeasurement = 2, kEpoch = 3 };
-constexpr int kLd = Covariance<kStates>::kStride;
-constexpr int kUpper = kStates * (kStates + 1) / 2;
+constexpr int kUpper = kAllStates * (kAllStates + 1) / 2;
 constexpr int kNominal = static_cast<int>((sizeof(NominalState) + 7) / 8);
 constexpr std::size_t kBlock = 1u << 19;  // doubles read at a time: 4 MB
 
@@ -61,7 +60,7 @@ class Backward {
 
 }  // namespace
 
-SmootherTape::SmootherTape() : file_(std::tmpfile()) {
+SmootherTape::SmootherTape(bool extra) : file_(std::tmpfile()), extra_(extra) {
   if (!file_)
     throw Error(ErrorKind::kWork,
                 "no temporary file for the smoother (is the temporary folder writable?)");
@@ -77,13 +76,16 @@ void SmootherTape::put(int kind, const double* data, int count) {
   bytes_ += 8 * (n + 1);
 }
 void SmootherTape::transition(const TransitionProduct& f) {
-  double out[12 * kStates];
-  for (int i = 0; i < 12; ++i) std::copy_n(f.f[kMovingRows[i]], kStates, out + i * kStates);
-  put(kTransition, out, 12 * kStates);
+  double out[12 * kAllStates];
+  double* o = out;
+  for (int i = 0; i < 12; ++i) {
+    o = std::copy_n(f.f[kMovingRows[i]], kStates, o);
+    if (extra_) o = std::copy_n(f.extra[kMovingRows[i]], kExtra, o);
+  }
+  put(kTransition, out, static_cast<int>(o - out));
 }
-void SmootherTape::measurement(const SparseRow<double>& h, double s, double y,
-                               const double gain[kStates]) {
-  double out[3 + 2 * SparseRow<double>::kMax + kStates];
+void SmootherTape::measurement(const SparseRow<double>& h, double s, double y, const double* gain) {
+  double out[3 + 2 * SparseRow<double>::kMax + kAllStates];
   int n = 0;
   out[n++] = s;
   out[n++] = y;
@@ -92,59 +94,72 @@ void SmootherTape::measurement(const SparseRow<double>& h, double s, double y,
     out[n++] = h.index[i];
     out[n++] = h.value[i];
   }
-  std::copy_n(gain, kStates, out + n);
-  put(kMeasurement, out, n + kStates);
+  const int states = extra_ ? kAllStates : kStates;
+  std::copy_n(gain, states, out + n);
+  put(kMeasurement, out, n + states);
 }
 void SmootherTape::epoch(const NominalState& nominal, const Covariance<kStates>& P,
-                         std::uint32_t health) {
+                         const ExtraCovariance* X, std::uint32_t health) {
   double out[kNominal + kUpper + 1]{};
   std::memcpy(out, &nominal, sizeof nominal);
   int n = kNominal;
-  for (int i = 0; i < kStates; ++i)
+  for (int i = 0; i < kStates; ++i) {
     for (int j = i; j < kStates; ++j) out[n++] = P.p[i][j];
+    for (int j = 0; extra_ && j < kExtra; ++j) out[n++] = X ? X->c[i][j] : 0.0;
+  }
+  for (int i = 0; extra_ && i < kExtra; ++i)
+    for (int j = i; j < kExtra; ++j) out[n++] = X ? X->e[i][j] : 0.0;
   out[n++] = health;
   put(kEpoch, out, n);
 }
 
 void SmootherTape::smooth(const Emit& emit) {
+  if (extra_)
+    smooth_states<kAllStates>(emit);
+  else
+    smooth_states<kStates>(emit);
+}
+template <int N>
+void SmootherTape::smooth_states(const Emit& emit) {
+  constexpr int kLd = (N + 7) / 8 * 8;
   std::fflush(file_.get());
   if (std::ferror(file_.get()))
     throw Error(ErrorKind::kWork, "the smoother's temporary file cannot be written: disk full?");
   Backward back(file_.get());
   struct alignas(64) Matrix {
-    double m[kStates][kLd]{};
+    double m[N][kLd]{};
   };
   auto L = std::make_unique<Matrix>();  // Lambda
   auto W = std::make_unique<Matrix>();
-  auto P = std::make_unique<Covariance<kStates>>();
+  auto P = std::make_unique<Matrix>();
   auto Ps = std::make_unique<Covariance<kStates>>();
   alignas(64) double f[12][kLd]{};
   double lambda[kLd]{};
-  bool moving[kStates]{};
+  bool moving[N]{};
   for (int r : kMovingRows) moving[r] = true;
 
   const double* data;
   int count;
   for (int kind; (kind = back.next(data, count)) != 0;) {
     if (kind == kTransition) {  // lambda <- F^T lambda, Lambda <- F^T Lambda F
-      for (int i = 0; i < 12; ++i) std::copy_n(data + i * kStates, kStates, f[i]);
+      for (int i = 0; i < 12; ++i) std::copy_n(data + i * N, N, f[i]);
       double next[kLd]{};
-      for (int j = 0; j < kStates; ++j) next[j] = moving[j] ? 0.0 : lambda[j];
+      for (int j = 0; j < N; ++j) next[j] = moving[j] ? 0.0 : lambda[j];
       for (int i = 0; i < 12; ++i) {
         const double l = lambda[kMovingRows[i]];
         for (int j = 0; j < kLd; ++j) next[j] += l * f[i][j];
       }
       std::copy_n(next, kLd, lambda);
-      for (int r = 0; r < kStates; ++r) {  // W = Lambda F
+      for (int r = 0; r < N; ++r) {  // W = Lambda F
         double* __restrict w = W->m[r];
-        for (int j = 0; j < kStates; ++j) w[j] = moving[j] ? 0.0 : L->m[r][j];
+        for (int j = 0; j < N; ++j) w[j] = moving[j] ? 0.0 : L->m[r][j];
         for (int i = 0; i < 12; ++i) {
           const double l = L->m[r][kMovingRows[i]];
           const double* __restrict fi = f[i];
           for (int j = 0; j < kLd; ++j) w[j] += l * fi[j];
         }
       }
-      for (int r = 0; r < kStates; ++r) {  // Lambda = F^T W
+      for (int r = 0; r < N; ++r) {  // Lambda = F^T W
         double* __restrict o = L->m[r];
         if (moving[r]) {
           for (int j = 0; j < kLd; ++j) o[j] = 0;
@@ -163,20 +178,20 @@ void SmootherTape::smooth(const Emit& emit) {
       const double* h = data + 3;
       const double* K = h + 2 * n;
       double kl = y / s, g[kLd]{}, kg = 1.0 / s;
-      for (int i = 0; i < kStates; ++i) kl += K[i] * lambda[i];
-      for (int i = 0; i < kStates; ++i) {
+      for (int i = 0; i < N; ++i) kl += K[i] * lambda[i];
+      for (int i = 0; i < N; ++i) {
         const double* row = L->m[i];
         double sum = 0;
-        for (int j = 0; j < kStates; ++j) sum += row[j] * K[j];
+        for (int j = 0; j < N; ++j) sum += row[j] * K[j];
         g[i] = sum;
       }
-      for (int i = 0; i < kStates; ++i) kg += K[i] * g[i];
+      for (int i = 0; i < N; ++i) kg += K[i] * g[i];
       for (int a = 0; a < n; ++a) lambda[static_cast<int>(h[2 * a])] -= h[2 * a + 1] * kl;
       // Lambda - H^T g^T - g H + H^T (K^T g + 1/S) H
       for (int a = 0; a < n; ++a) {
         const int i = static_cast<int>(h[2 * a]);
         const double v = h[2 * a + 1];
-        for (int j = 0; j < kStates; ++j) {
+        for (int j = 0; j < N; ++j) {
           L->m[i][j] -= v * g[j];
           L->m[j][i] -= v * g[j];
         }
@@ -186,30 +201,35 @@ void SmootherTape::smooth(const Emit& emit) {
       NominalState state;
       std::memcpy(static_cast<void*>(&state), data, sizeof state);
       int n = kNominal;
-      for (int i = 0; i < kStates; ++i)
-        for (int j = i; j < kStates; ++j) P->p[i][j] = P->p[j][i] = data[n++];
+      for (int i = 0; i < N; ++i)
+        for (int j = i; j < N; ++j) P->m[i][j] = P->m[j][i] = data[n++];
       const auto health = static_cast<std::uint32_t>(data[n]);
-      double x[kStates];
-      for (int i = 0; i < kStates; ++i) {
+      double x[N];
+      for (int i = 0; i < N; ++i) {
         double sum = 0;
-        for (int j = 0; j < kStates; ++j) sum += P->p[i][j] * lambda[j];
+        for (int j = 0; j < N; ++j) sum += P->m[i][j] * lambda[j];
         x[i] = -sum;
         double* __restrict w = W->m[i];  // W = P Lambda
         for (int j = 0; j < kLd; ++j) w[j] = 0;
-        for (int k = 0; k < kStates; ++k) {
-          const double p = P->p[i][k];
+        for (int k = 0; k < N; ++k) {
+          const double p = P->m[i][k];
           const double* __restrict l = L->m[k];
           for (int j = 0; j < kLd; ++j) w[j] += p * l[j];
         }
       }
-      *Ps = *P;
+      const auto smoothed = [&](int i, int j) {
+        double sum = 0;
+        for (int k = 0; k < N; ++k) sum += W->m[i][k] * P->m[k][j];
+        return P->m[i][j] - sum;
+      };
       for (int i = 0; i < kStates; ++i)
-        for (int j = i < 9 ? 0 : i; j < (i < 9 ? 9 : i + 1); ++j) {
-          double sum = 0;
-          for (int k = 0; k < kStates; ++k) sum += W->m[i][k] * P->p[k][j];
-          Ps->p[i][j] = P->p[i][j] - sum;
-        }
+        for (int j = 0; j < kStates; ++j)
+          Ps->p[i][j] = i == j || (i < 9 && j < 9) ? smoothed(i, j) : P->m[i][j];
       feed_back(state, x);
+      if constexpr (N > kStates) {
+        for (int i = 0; i < kExtra; ++i) extra_variance_[i] = smoothed(kStates + i, kStates + i);
+        feed_back_extra(state, x + kStates);
+      }
       emit(state, *Ps, health);
     }
   }

@@ -14,19 +14,18 @@ using Vector = Eigen::VectorXd;
 
 // [EST-17] against the batch solution: the joint Gaussian of all epochs conditioned on all
 // measurements. Singular P (states that are off, accumulators just reset) included.
-TEST(Smoother, EqualsTheBatchSolution) {
+template <int n>
+void check() {
   const auto seed = std::random_device{}();
   std::printf("seed %u\n", seed);
   std::mt19937 rng(seed);
   std::normal_distribution<double> g;
-  constexpr int n = kStates, epochs = 6;
-  std::vector<bool> moving(n, false);
-  for (int r : kMovingRows) moving[r] = true;
+  constexpr int epochs = 6;
 
   // Prior: some states are off (zero variance).
   Mat L = Mat::Zero(n, n);
   for (int i = 0; i < n; ++i)
-    if (i < 15 || (i >= 21 && i < 28))
+    if (i < 15 || (i >= 21 && i < 28) || i >= kStates)
       for (int j = 0; j < n; ++j) L(i, j) = 0.5 * g(rng);
   Mat P = L * L.transpose();
   Vector m = Vector::Zero(n);
@@ -39,7 +38,7 @@ TEST(Smoother, EqualsTheBatchSolution) {
     double z, r;
   };
   std::vector<Seen> seen;
-  SmootherTape tape;
+  SmootherTape tape(n > kStates);
   auto write_epoch = [&](const Vector& mean, const Mat& cov) {
     // The nominal carries the mean of dr and of the constants that feed_back adds; enough to
     // compare.
@@ -50,19 +49,31 @@ TEST(Smoother, EqualsTheBatchSolution) {
     s.ba = {mean[12], mean[13], mean[14]};
     s.scale = mean[kScale];
     s.tau = mean[kTau];
+    if constexpr (n > kStates) {
+      s.antenna = {mean[kAntenna], mean[kAntenna + 1], mean[kAntenna + 2]};
+      s.height_bias = mean[kHeightBias], s.heading_bias = mean[kHeadingBias];
+      for (int i = 0; i < 6; ++i) s.misalignment[i] = mean[kMisalignment + i];
+    }
     Covariance<kStates> C;
+    ExtraCovariance X;
     for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) C.p[i][j] = 0.5 * (cov(i, j) + cov(j, i));
-    tape.epoch(s, C, 7u);
+      for (int j = 0; j < n; ++j) {
+        const double c = 0.5 * (cov(i, j) + cov(j, i));
+        if (i < kStates && j < kStates) C.p[i][j] = c;
+        if (i < kStates && j >= kStates) X.c[i][j - kStates] = c;
+        if (i >= kStates && j >= kStates) X.e[i - kStates][j - kStates] = c;
+      }
+    tape.epoch(s, C, n > kStates ? &X : nullptr, 7u);
   };
   for (int k = 0; k < epochs; ++k) {
     if (k > 0) {
       TransitionProduct f;
       Mat F = Mat::Identity(n, n), Q = Mat::Zero(n, n);
       for (int r : kMovingRows)
-        for (int j = 0; j < n; ++j) f.f[r][j] = F(r, j) = (r == j) + 0.1 * g(rng);
-      if (k == 3)  // an accumulator's reset: singular
-        for (int j = 0; j < n; ++j) f.f[29][j] = F(29, j) = 0;
+        for (int j = 0; j < n; ++j) F(r, j) = (r == j) + 0.1 * g(rng);
+      if (k == 3) F.row(29).setZero();  // an accumulator's reset: singular
+      for (int r : kMovingRows)
+        for (int j = 0; j < n; ++j) (j < kStates ? f.f[r][j] : f.extra[r][j - kStates]) = F(r, j);
       for (int i = 0; i < 9; ++i) Q(i, i) = 0.01;
       f.identity = false;
       tape.transition(f);
@@ -79,7 +90,7 @@ TEST(Smoother, EqualsTheBatchSolution) {
     for (int u = 0; u < 3; ++u) {
       SparseRow<double> h;
       Vector H = Vector::Zero(n);
-      for (int i : {u, 6 + u, 12 + u, 21 + 2 * u, 28 + u}) {
+      for (int i : {u, 6 + u, 12 + u, 21 + 2 * u, n > kStates ? kAntenna + 3 * u : 28 + u}) {
         const double v = g(rng);
         h.add(i, v);
         H[i] = v;
@@ -123,11 +134,22 @@ TEST(Smoother, EqualsTheBatchSolution) {
     EXPECT_NEAR(s.tau, b[kTau], 1e-10);
     for (int i = 0; i < 9; ++i)
       for (int j = 0; j < 9; ++j) EXPECT_NEAR(C.p[i][j], cov(n * k + i, n * k + j), 1e-10);
-    for (int i = 9; i < n; ++i) EXPECT_NEAR(C.p[i][i], cov(n * k + i, n * k + i), 1e-10) << i;
+    for (int i = 9; i < kStates; ++i) EXPECT_NEAR(C.p[i][i], cov(n * k + i, n * k + i), 1e-10) << i;
+    if constexpr (n > kStates) {
+      EXPECT_NEAR(s.antenna.y, b[kAntenna + 1], 1e-10);
+      EXPECT_NEAR(s.height_bias, b[kHeightBias], 1e-10);
+      EXPECT_NEAR(s.heading_bias, b[kHeadingBias], 1e-10);
+      for (int i = 0; i < 6; ++i) EXPECT_NEAR(s.misalignment[i], b[kMisalignment + i], 1e-10);
+      for (int i = 0; i < kExtra; ++i)
+        EXPECT_NEAR(tape.extra_variances()[i], cov(n * k + kStates + i, n * k + kStates + i),
+                    1e-10);
+    }
     --k;
   });
   EXPECT_EQ(k, -1);
 }
+TEST(Smoother, EqualsTheBatchSolution) { check<kStates>(); }
+TEST(Smoother, EqualsTheBatchSolutionOfAllStates) { check<kAllStates>(); }
 
 }  // namespace
 }  // namespace loxo

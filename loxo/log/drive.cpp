@@ -168,6 +168,7 @@ void read_imu(Drive& d, const TomlTable& t) {
     d.imu_errors.gyro_bias_tau = sigma(*e, "gyro_bias_tau", kTime);
     d.imu_errors.accel_bias_tau = sigma(*e, "accel_bias_tau", kTime);
     d.imu_errors.gyro_scale = sigma(*e, "gyro_scale", kNone);
+    d.imu_errors.gyro_misalignment = sigma(*e, "gyro_misalignment", kAngle);
     d.imu_errors.accel_scale = sigma(*e, "accel_scale", kNone);
   }
   if (const auto known = t.get_table("bias")) {
@@ -512,6 +513,7 @@ Drive read_drive(const std::string& path, const std::vector<std::string>& sets) 
     if (const auto e = s->get_table("errors")) {
       d.fix_std = sigma(*e, "position", kLength);
       d.fix_velocity_std = sigma(*e, "velocity", kSpeed);
+      d.fix_lever_std = sigma(*e, "lever_arm", kLength);
     }
   }
   if (const auto s = t.get_table("velocity")) {
@@ -540,7 +542,10 @@ Drive read_drive(const std::string& path, const std::vector<std::string>& sets) 
   }
   if (const auto s = t.get_table("height")) {
     d.height = read_section(d, *s, "height");
-    if (const auto e = s->get_table("errors")) d.height_std = sigma(*e, "height", kLength);
+    if (const auto e = s->get_table("errors")) {
+      d.height_std = sigma(*e, "height", kLength);
+      d.height_bias = sigma(*e, "bias", kLength);
+    }
   }
   if (const auto s = t.get_table("reference")) d.reference = read_section(d, *s, "reference");
   if (const auto s = t.get_table("start")) read_start(d, *s);

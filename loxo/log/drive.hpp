@@ -41,6 +41,7 @@ struct ImuErrors {
          accel_noise = kNone;                            // rad/s, rad/sqrt(s), m/s^2, m/s/sqrt(s)
   double gyro_bias_tau = kNone, accel_bias_tau = kNone;  // s
   double gyro_scale = kNone, accel_scale = kNone;        // 1
+  double gyro_misalignment = kNone;                      // rad, each of the six cross elements
 };
 struct OdometerErrors {
   double scale_noise = kNone;         // white, 1 sigma of each increment relative to it
@@ -116,6 +117,8 @@ struct Drive {
   std::vector<NamedBenchmark> benchmarks;
   ChannelFile fix;
   double fix_lever[3]{};
+  double fix_lever_std =
+      kNone;  // m, errors = { lever_arm = "0.5 m" }: the antenna's place is sought
   double fix_std = kNone,
          fix_velocity_std =
              kNone;  // where no std columns: errors = { position = "3 m", velocity = "0.1 m/s" }
@@ -125,7 +128,7 @@ struct Drive {
   ChannelFile heading;
   double heading_std = kNone;
   ChannelFile height;
-  double height_std = kNone;
+  double height_std = kNone, height_bias = kNone;  // m, errors = { height = "2 m", bias = "10 m" }
   StartSection start;
   ChannelFile reference;
 

@@ -47,8 +47,9 @@ class FrameChoice {
   FrameId frame_;
 };
 
+// extra: variances of the states of extra_states.hpp, null where the filter has none.
 void push_constants(FilterResult& out, const NominalState& s, const Covariance<kStates>& P,
-                    const NavigatorConfig& c, bool odometer) {
+                    const double* extra, const NavigatorConfig& c, bool odometer) {
   auto sd = [&](int i) { return std::sqrt(std::max(0.0, P.p[i][i])); };
   out.constants.clear();
   auto add = [&](const char* name, double v, int i, double unit) {
@@ -71,6 +72,19 @@ void push_constants(FilterResult& out, const NominalState& s, const Covariance<k
   for (int i = 0; i < 3; ++i)
     add(fmt::format("accel_bias_{}_ug", axis[i]).c_str(), a[i], kBa + i, ug);
   add("gyro_scale_up", s.sg.z, kSg + 2, 1.0);
+  const auto more = [&](const std::string& name, double v, int i, double unit) {
+    const double variance = extra ? extra[i - kStates] : 0.0;
+    if (variance > 0) out.constants.push_back({name, v / unit, std::sqrt(variance) / unit});
+  };
+  const double l[3] = {s.antenna.x, s.antenna.y, s.antenna.z};
+  for (int i = 0; i < 3; ++i) more(fmt::format("antenna_{}_m", axis[i]), l[i], kAntenna + i, 1.0);
+  more("height_bias_m", s.height_bias, kHeightBias, 1.0);
+  more("heading_bias_deg", s.heading_bias, kHeadingBias, deg);
+  for (int i = 0; i < 6; ++i) {
+    const int other = i % 2 == 0 ? (i < 2 ? 1 : 0) : (i < 4 ? 2 : 1);
+    more(fmt::format("gyro_misalignment_{}_to_{}_mrad", axis[i / 2], axis[other]),
+         s.misalignment[i], kMisalignment + i, 1e-3);
+  }
   out.k = s.scale;
   out.k_std = sd(kScale);
   out.eps_h = s.eps_h;
@@ -134,7 +148,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   std::unique_ptr<SmootherTape> tape;
   Navigator nav(config);
   if (o.smooth) {
-    tape = std::make_unique<SmootherTape>();
+    tape = std::make_unique<SmootherTape>(has_extra_states(config));
     nav.set_tape(tape.get());
   }
   nav.start(begin.start);
@@ -272,7 +286,10 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
     if (c.used + c.deweighted + c.rejected > 0) out.sensors.push_back({sensor_name(s), c});
   }
   out.events = nav.events();
-  push_constants(out, nav.state(), nav.covariance(), config, config.use_odometer);
+  double extra[kExtra];
+  for (int i = 0; i < kExtra; ++i) extra[i] = nav.extra_covariance().e[i][i];
+  push_constants(out, nav.state(), nav.covariance(), nav.has_extra() ? extra : nullptr, config,
+                 config.use_odometer);
 
   // What was found on the way.
   const Navigator::Events& e = out.events;
@@ -341,7 +358,9 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
         throw Error(ErrorKind::kWork,
                     "the temporary file of smoothed rows cannot be written: disk full?");
       ++n;
-      if (first) push_constants(out, s, P, config, config.use_odometer);
+      if (first)
+        push_constants(out, s, P, nav.has_extra() ? tape->extra_variances() : nullptr, config,
+                       config.use_odometer);
       first = false;
       if (s.t <= next_back) {
         auto sd = [&](int i) { return std::sqrt(std::max(0.0, P.p[i][i])); };

@@ -558,6 +558,12 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   }
   for (int i = 0; i < 3; ++i) c.fix_lever[i] = drive.fix_lever[i];
   c.fix_velocity_std = or_else(drive.fix_velocity_std, 0.1);
+  // Constants that are sought only where a drive declares how far off they may be.
+  c.fix_lever_std = drive.fix.present ? or_else(drive.fix_lever_std, 0.0) : 0.0;
+  c.height_bias_std = drive.height.present ? or_else(drive.height_bias, 0.0) : 0.0;
+  c.heading_bias_std =
+      drive.heading.present ? or_else(drive.attitude_errors.heading_bias, 0.0) : 0.0;
+  c.gyro_misalignment = or_else(e.gyro_misalignment, 0.0);
   c.heading_std = or_else(drive.heading_std, 0.5 * deg);
   c.height_std = or_else(drive.height_std, 5.0);
   c.velocity_std = or_else(drive.velocity_std, 0.1);

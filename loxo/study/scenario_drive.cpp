@@ -58,6 +58,7 @@ std::string sections(const Scenario& s) {
   if (accel.markov > 0) imu.add("accel_bias_tau", s.imu.around.accel_markov_time, "s");
   imu.add("gyro_scale", gyro.scale, "");
   imu.add("accel_scale", accel.scale, "");
+  imu.add("gyro_misalignment", gyro.misalignment, "rad");
   std::string toml = imu_increment_section(imu);
   if (s.imu.rates)
     toml = fmt::format(

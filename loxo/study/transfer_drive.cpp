@@ -97,6 +97,7 @@ class SlowSections {
     ErrorsLine errors;
     errors.add("position", drive_.fix_std, "m");
     errors.add("velocity", drive_.fix_velocity_std, "m/s");
+    errors.add("lever_arm", drive_.fix_lever_std, "m");
     return toml + errors.line();
   }
 
@@ -470,6 +471,7 @@ TransferResult transfer_drive(const Drive& drive, const TransferSettings& settin
     errors.add("accel_bias_tau", e.accel_bias_tau, "s");
     errors.add("gyro_scale", e.gyro_scale, "");
     errors.add("accel_scale", e.accel_scale, "");
+    errors.add("gyro_misalignment", e.gyro_misalignment, "rad");
     toml += imu_increment_section(errors, imu_file);
   }
   std::string start = own_start(drive, track);
