@@ -21,6 +21,7 @@ using V2 = Eigen::Vector2d;
 using V4 = Eigen::Vector4d;
 using M16 = Eigen::Matrix<double, 16, 16>;
 using V16 = Eigen::Matrix<double, 16, 1>;
+using M18 = Eigen::Matrix<double, 18, 18>;
 
 M2 two(const double* p) {
   M2 m;
@@ -63,7 +64,10 @@ void weight_naive(const double Pa[4], const double Pb[4], const double X[4], dou
   store(fused(A, B, two(X), w), P);
 }
 void weight_intersection(const double Pa[4], const double Pb[4], double W[4], double P[4]) {
-  const M2 Ai = two(Pa).inverse(), Bi = two(Pb).inverse();
+  // What is not known to be wrong at all gets a sigma far below any other's.
+  const double least = 1e-12 * (Pa[0] + Pa[3] + Pb[0] + Pb[3]) + 1e-24;
+  const M2 Ai = (two(Pa) + least * M2::Identity()).inverse(),
+           Bi = (two(Pb) + least * M2::Identity()).inverse();
   auto at = [&](double om) { return M2((om * Ai + (1 - om) * Bi).inverse()); };
   double lo = 0, hi = 1;  // golden section: the trace is convex in om
   const double g = 0.6180339887498949;
@@ -113,7 +117,10 @@ struct SegmentedNavigator::Impl {
   // Filters
   V4 x4 = V4::Zero();
   M4 P4 = M4::Zero();
-  M16 Pf = M16::Zero();  // what INS and DR truly know of each other under phase 1's gains
+  // What INS and dead reckoning truly know of each other under phase 1's gains: the sixteen errors
+  // (12, 13: of phase 1's filtered position until the switch, of the reckoned one from then on)
+  // and, 16 and 17, what the increments alone have gathered: noise and the INS's azimuth.
+  M18 Pf = M18::Zero();
   V16 xj = V16::Zero();
   M16 Pj = M16::Zero();
   double held_k = 1, held_mu = 0, change_since = 0;
@@ -129,6 +136,7 @@ struct SegmentedNavigator::Impl {
     r = to_ecef(c.ellipsoid, s.place);
     np = normal_point(earth, r);
     dr_lat = s.place.lat, dr_lon = s.place.lon, dr_h = s.place.h;
+    ins_before = s.place;
     stored.reserve(static_cast<std::size_t>(c.latest) + 10);
     // P0 from its causes, correlated (6.1): phiN0 = aE/g, phiE0 = -aN/g, phiU0 = (-gE + wU
     // phiN0)/wN.
@@ -158,7 +166,8 @@ struct SegmentedNavigator::Impl {
     P(14, 14) = c.mounting_std * c.mounting_std;
     P(15, 15) = c.scale_std * c.scale_std;
     P(12, 12) = P(13, 13) = 1e-6;
-    Pf = Pj = P;
+    Pj = P;
+    Pf.topLeftCorner<16, 16>() = P;
     P4.diagonal() << 0.01, 0.01, P(14, 14), P(15, 15);
   }
 
@@ -233,6 +242,19 @@ struct SegmentedNavigator::Impl {
     return true;
   }
 
+  // (V-54) for an increment (N + iE): the reckoned states of a joint transition, and these alone.
+  M4 reckoning_step(M16& A, const std::complex<double>& increment) const {
+    double phi_u[4];
+    const Matrix4 F =
+        dead_reckoning_transition(c.ellipsoid, dr_lat, increment.imag(), increment.real(), phi_u);
+    M4 D;
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) D(i, j) = F.m[i][j];
+    A.bottomRightCorner<4, 4>() = D;
+    for (int i = 0; i < 2; ++i) A(12 + i, 2) = phi_u[i];
+    return D;
+  }
+
   void epoch_end(double now) {
     const double T = now - last_epoch;
     last_epoch = now;
@@ -251,6 +273,9 @@ struct SegmentedNavigator::Impl {
       t0 = now;
       const double ng = c.gyro_noise * c.gyro_noise * T;
       for (int i = 0; i < 3; ++i) Pf(i, i) += ng, Pj(i, i) += ng;
+      // At rest the velocity is zero, to what a second unwatched may add.
+      const double still = std::pow(unseen / 5.0, 2);
+      for (int i = 3; i < 5; ++i) Pf(i, i) = Pj(i, i) = std::min(Pj(i, i), still);
       se = sn = 0;
       f_sum = {};
       C_sum = Rot<Geographic, Body>{};
@@ -259,6 +284,7 @@ struct SegmentedNavigator::Impl {
       out = SegmentedEpoch{};
       out.t = now;
       const Geodetic<double> here = start_place;
+      ins_before = here;
       fill(here,
            (prime_vertical_radius(c.ellipsoid, std::sin(here.lat)) + here.h) * std::cos(here.lat),
            meridian_radius(c.ellipsoid, std::sin(here.lat)) + here.h);
@@ -278,18 +304,33 @@ struct SegmentedNavigator::Impl {
     for (int i = 0; i < 12; ++i)
       for (int j = 0; j < 12; ++j) F(i, j) = F12.m[i][j];
     const Eigen::Matrix<double, 12, 12> FT = F * T;
+    // z = p_DR - p_INS in metres with the local scale.
+    const double ke = (prime_vertical_radius(c.ellipsoid, place.n.z) + ins.h) * std::cos(ins.lat),
+                 kn = meridian_radius(c.ellipsoid, place.n.z) + ins.h;
     // Increments of this epoch as the present calibration has them.
     const std::complex<double> z = std::complex<double>(sn, se) * std::polar(1.0, -mu) / k;
     const double e = z.imag(), n = z.real();
-    double phi_u[4];
-    const Matrix4 F4 = dead_reckoning_transition(c.ellipsoid, dr_lat, e, n, phi_u);
+    // The state moves with the increments as measured, of which (V-54) is exact; gains must not
+    // know the noise of the very reading that they weigh (mean of gain times innovation: not zero,
+    // and on a straight road, where scale and speed hardly part, the scale drifts away). For them
+    // the increment is foretold from the INS and what the filter has found so far.
+    const std::complex<double> moved((ins.lat - ins_before.lat) * kn,
+                                     wrap_pi(ins.lon - ins_before.lon) * ke);
+    ins_before = ins;
     M16 A = M16::Identity();
     A.topLeftCorner<12, 12>() += FT + 0.5 * FT * FT;
-    M4 D;
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) D(i, j) = F4.m[i][j];
-    A.bottomRightCorner<4, 4>() = D;
-    for (int i = 0; i < 2; ++i) A(12 + i, 2) = phi_u[i];
+    M16 foretold = A;
+    const M4 D = reckoning_step(A, z);
+    reckoning_step(foretold, (moved - T * std::complex<double>(xj[4], xj[3])) /
+                                 std::complex<double>(1 - xj[15], -xj[14]));
+    // Of the two phases, which do not know the joint filter.
+    M16 own = A;
+    const M4 D4 =
+        reckoning_step(own, switched ? z : moved / std::complex<double>(1 - x4[3], -x4[2]));
+    M18 apart = M18::Identity();
+    apart.topLeftCorner<16, 16>() = own;
+    apart.bottomRightCorner<2, 2>() = own.block<2, 2>(12, 12);
+    apart.block<2, 1>(16, 2) = own.block<2, 1>(12, 2);
     M16 Q = M16::Zero();
     for (int i = 0; i < 3; ++i) Q(i, i) = c.gyro_noise * c.gyro_noise * T;
     for (int i = 3; i < 5; ++i) Q(i, i) = c.accel_noise * c.accel_noise * T;
@@ -304,25 +345,24 @@ struct SegmentedNavigator::Impl {
     const bool moves = s2 > 1e-4;
     Q(14, 14) = moves ? c.mounting_walk * c.mounting_walk * T : 0.0;
     Q(15, 15) = moves ? c.scale_walk * c.scale_walk * T : 0.0;
-    Pf = A * Pf * A.transpose() + Q;
-    Pj = A * Pj * A.transpose() + Q;
+    M18 Qf = M18::Zero();
+    Qf.topLeftCorner<16, 16>() = Q;
+    Qf.block<2, 2>(16, 16) = Qf.block<2, 2>(12, 16) = Qf.block<2, 2>(16, 12) = Qd;
+    Pf = apart * Pf * apart.transpose() + Qf;
+    Pj = foretold * Pj * foretold.transpose() + Q;
     xj = A * xj;
 
-    // z = p_DR - p_INS in metres with the local scale.
-    const double ke = (prime_vertical_radius(c.ellipsoid, place.n.z) + ins.h) * std::cos(ins.lat),
-                 kn = meridian_radius(c.ellipsoid, place.n.z) + ins.h;
     const V2 difference{wrap_pi(dr_lon - ins.lon) * ke, (dr_lat - ins.lat) * kn};
     if (!switched) {
       stored.push_back({se, sn});
+      total_e += se, total_n += sn;
       M4 Q4 = M4::Zero();
       const double qs = 1e-6 * s2 + q6;
       Q4.diagonal() << qs, qs, 1e-12 * T, 1e-10 * T;
       x4 = D * x4;
-      P4 = D * P4 * D.transpose() + Q4;
+      P4 = D4 * P4 * D4.transpose() + Q4;
       const double age = now - t0, drift = c.c_a * c.accel_bias * age * age / 2;
-      // R(t): the specification's, or what the INS knows of itself where that is more.
-      const double r = std::max(c.r0 * c.r0 + drift * drift, 0.0);
-      const M2 R = r * M2::Identity();
+      const M2 R = (c.r0 * c.r0 + drift * drift) * M2::Identity();
       const Eigen::Matrix<double, 4, 2> K =
           P4.leftCols<2>() * (P4.topLeftCorner<2, 2>() + R).inverse();
       x4 += K * (difference - x4.head<2>());
@@ -330,8 +370,8 @@ struct SegmentedNavigator::Impl {
       J.leftCols<2>() -= K;
       P4 = J * P4 * J.transpose() + K * R * K.transpose();
       // The same gains on the joint covariance: DR errors become (I - K H) d + K p_I.
-      M16 B = M16::Identity();
-      B.bottomRightCorner<4, 4>() = J;
+      M18 B = M18::Identity();
+      B.block<4, 4>(12, 12) = J;
       B.block<4, 2>(12, 5) = K;
       Pf = B * Pf * B.transpose();
     }
@@ -380,13 +420,23 @@ struct SegmentedNavigator::Impl {
       out.k_std = std::sqrt(Pf(15, 15));
     }
     out.phase = switched ? 2 : 1;
-    total_e += se, total_n += sn;
     se = sn = 0;
     length = 0;
     f_sum = {};
     C_sum = Rot<Geographic, Body>{};
     sum_time = 0;
     fill(ins, ke, kn);
+  }
+
+  // Errors of the track replayed with phase 1's calibration, in place of its filtered position:
+  // what the increments gathered, and what is left of (mu, K) times the way.
+  M18 replayed() const {
+    M18 B = M18::Identity();
+    B(12, 12) = B(13, 13) = 0;
+    B(12, 16) = B(13, 17) = 1;
+    B(12, 14) = total_n, B(12, 15) = total_e;
+    B(13, 14) = -total_e, B(13, 15) = total_n;
+    return B;
   }
 
   // The switch: replay the stored increments with the final calibration, and what this does to the
@@ -396,25 +446,12 @@ struct SegmentedNavigator::Impl {
     const Geodetic<double> origin = start_place;
     dr_lat = origin.lat, dr_lon = origin.lon;
     k = kk, mu = mm;
-    double te = 0, tn = 0;
     for (const auto& s : stored) {
       const std::complex<double> z = std::complex<double>(s[1], s[0]) * std::polar(1.0, -mu) / k;
       advance(z.imag(), z.real());
-      te += z.imag(), tn += z.real();
     }
-    // Pf: the track is now the sum of its increments with what is left of (mu, K) and the INS's
-    // azimuth in it.
-    M16 B = M16::Identity();
-    B.row(12).setZero();
-    B.row(13).setZero();
-    B(12, 14) = tn, B(12, 2) = tn, B(12, 15) = te;
-    B(13, 14) = -te, B(13, 2) = -te, B(13, 15) = tn;
-    const double noise = (c.scale_noise * c.scale_noise + c.slip_noise * c.slip_noise) / 2;
-    double sum2 = 0;
-    for (const auto& s : stored) sum2 += s[0] * s[0] + s[1] * s[1];
+    const M18 B = replayed();
     Pf = B * Pf * B.transpose();
-    Pf(12, 12) += noise * sum2 + c.quantisation * c.quantisation / 6 + 1e-4;
-    Pf(13, 13) += noise * sum2 + c.quantisation * c.quantisation / 6 + 1e-4;
     // Joint filter: the same shift of the nominal track; its residual (mu, K) becomes what it
     // believes beyond (k, mu).
     const double ke =
@@ -438,12 +475,15 @@ struct SegmentedNavigator::Impl {
       h.cov[0] = P(0, 0), h.cov[1] = 0.5 * (P(0, 1) + P(1, 0)), h.cov[2] = P(1, 1);
     };
     const V2 d{wrap_pi(dr_lon - ins.lon) * ke, (dr_lat - ins.lat) * kn};
-    const M2 Pi = Pf.block<2, 2>(5, 5), Pd = Pf.block<2, 2>(12, 12), X = Pf.block<2, 2>(5, 12);
+    // Until the switch too the reckoned position is the increments' with the present calibration,
+    // so that neither it nor the weights jump there.
+    const M18 B = switched ? M18::Identity() : replayed();
+    const M18 P = B * Pf * B.transpose();
+    const M2 Pi = P.block<2, 2>(5, 5), Pd = P.block<2, 2>(12, 12), X = P.block<2, 2>(5, 12);
     place(out.ins, 0, 0, Pi);
-    // Before the switch the reckoned position is raw: its filter's correction is part of what phase
-    // 1 gives out.
     V2 reckoned = d;
-    if (!switched) reckoned -= x4.head<2>();
+    if (!switched)
+      reckoned -= V2{total_n * x4[2] + total_e * x4[3], total_n * x4[3] - total_e * x4[2]};
     place(out.reckoned, reckoned[0], reckoned[1], Pd);
     double pa[4], pb[4], x[4], w[4], p[4];
     store(Pi + 1e-6 * M2::Identity(), pa);
@@ -467,7 +507,7 @@ struct SegmentedNavigator::Impl {
     out.joint_mu_std = std::sqrt(Pj(14, 14));
   }
 
-  Geodetic<double> start_place;
+  Geodetic<double> start_place, ins_before;
 };
 
 SegmentedNavigator::SegmentedNavigator(const SegmentedConfig& config, const SegmentedStart& start)

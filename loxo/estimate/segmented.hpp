@@ -43,11 +43,12 @@ struct Horizontal {
 };
 struct SegmentedEpoch {
   double t = 0;
-  int phase = 1;             // 1, 2
-  bool switched = false;     // at this epoch
-  bool forced = false;       // the switch rule was not met, switched all the same (180 s)
-  double distance = 0;       // indicated, m
-  Horizontal ins, reckoned;  // each for itself; reckoned: raw before the switch, calibrated after
+  int phase = 1;          // 1, 2
+  bool switched = false;  // at this epoch
+  bool forced = false;    // the switch rule was not met, switched all the same (180 s)
+  double distance = 0;    // indicated, m
+  Horizontal ins,
+      reckoned;  // each for itself; reckoned: all increments, calibrated as k and mu say
   Horizontal weighted, naive, intersection;     // V-57, V-58, V-59
   Horizontal joint;                             // 7.1
   double k = 1, mu = 0, k_std = 0, mu_std = 0;  // of phase 1 (frozen after the switch)

@@ -14,20 +14,54 @@ using namespace scenario_keys;
 
 std::string DriveModes::text() const {
   std::string s;
-  for (const auto& [on, name] : {std::pair{inertial, "inertial"}, std::pair{reckon, "reckon"},
-                                 std::pair{calibrate, "calibrate"}, std::pair{filter, "filter"},
-                                 std::pair{segmented, "segmented"}})
+  for (const auto& [on, name] :
+       {std::pair{inertial, "inertial"}, std::pair{reckon, "reckon"},
+        std::pair{calibrate, "calibrate"}, std::pair{filter, "filter"},
+        std::pair{segmented, "segmented"}, std::pair{navigator, "navigator"}})
     if (on) s += (s.empty() ? "" : ",") + std::string(name);
   return s;
 }
 
+namespace {
+
+// Where errors are told over the drive: every tenth of it, or as `every` says.
+void lay_fans(const TomlTable& t, DriveSetup& set) {
+  const double epoch = set.truth.dt * set.truth.epoch_every;
+  const double last = static_cast<double>(set.truth.epochs.size() - 1);
+  const double asked = t.get_quantity("every", Dimension::kTime).value_or(0.0);
+  if (t.has("every") && !(asked >= epoch))
+    refuse("expected a second or more between the errors that are told", t.where("every"));
+  const double step = asked > 0 ? asked / epoch : max(1.0, last / 10);
+  if (last / step > 200)
+    refuse("expected at most 200 times at which errors are told", t.where("every"));
+  for (double at = step; at < last + 0.5; at += step)
+    set.fan.push_back(static_cast<std::size_t>(at + 0.5));
+  for (double at = 10 / epoch; at <= min(last, 180 / epoch) + 0.5; at += 10 / epoch)
+    set.early_fan.push_back(static_cast<std::size_t>(at + 0.5));
+}
+std::string time_of(const DriveSetup& set, std::size_t epoch) {
+  char text[20];
+  std::snprintf(text, sizeof text, "%04.0fs",
+                set.truth.dt * set.truth.epoch_every * static_cast<double>(epoch));
+  return text;
+}
+void add_times(std::vector<MetricInfo>& m, const DriveSetup& set,
+               const std::vector<std::size_t>& epochs, const std::string& name,
+               const std::string& unit, const std::string& meaning) {
+  for (const std::size_t e : epochs)
+    m.push_back({name + "_at_" + time_of(set, e) + unit, meaning + " after " + time_of(set, e)});
+}
+
+}  // namespace
+
 DriveSetup drive_setup(const TomlTable& t, const Scenario& s) {
   DriveSetup set;
   set.ellipsoid = s.trajectory.ellipsoid;
-  const std::vector<std::string> names{"inertial", "reckon", "calibrate", "filter", "segmented"};
+  const std::vector<std::string> names{"inertial", "reckon",    "calibrate",
+                                       "filter",   "segmented", "navigator"};
   if (const auto modes = t.get_strings("mode")) {
-    bool* flags[] = {&set.modes.inertial, &set.modes.reckon, &set.modes.calibrate,
-                     &set.modes.filter, &set.modes.segmented};
+    bool* flags[] = {&set.modes.inertial, &set.modes.reckon,    &set.modes.calibrate,
+                     &set.modes.filter,   &set.modes.segmented, &set.modes.navigator};
     for (bool* f : flags) *f = false;
     for (const auto& m : *modes) {
       const auto at = std::find(names.begin(), names.end(), m);
@@ -50,6 +84,7 @@ DriveSetup drive_setup(const TomlTable& t, const Scenario& s) {
   if (!driven) refuse("expected an odometer interval or more", t.where("odometer_rate"));
   const double distance = fabs(set.truth.epochs.back().distance);
   set.percent = distance > 1.0 ? 100.0 / distance : 0.0;
+  lay_fans(t, set);
   set.mounting_heading = s.trajectory.mounting_heading;
   set.mounting_pitch = s.trajectory.mounting_pitch;
   const auto put = [&](double x) {
@@ -91,16 +126,49 @@ std::vector<MetricInfo> filter_metrics() {
           {"filter_scale_error", "joint filter: estimated - true scale at the end"},
           {"filter_mounting_error_rad", "joint filter: estimated - true mounting at the end"}};
 }
-std::vector<MetricInfo> segmented_metrics() {
-  return {{"segmented_end_m", "segmented: weighted error at the end"},
-          {"segmented_max_pct", "segmented: largest weighted error in percent, from 120 s on"},
-          {"segmented_end_pct", "segmented: weighted error at the end in percent"},
-          {"segmented_joint_end_m", "its joint filter of 16 states: error at the end"},
-          {"segmented_joint_end_pct", "its joint filter, in percent of the distance"},
-          {"segmented_reckoned_end_m", "its calibrated dead reckoning: error at the end"},
-          {"segmented_switch_s", "when it switched"},
-          {"segmented_scale_error", "phase 1: estimated - true scale"},
-          {"segmented_mounting_error_rad", "phase 1: estimated - true mounting"}};
+std::vector<MetricInfo> segmented_metrics(const DriveSetup& set) {
+  std::vector<MetricInfo> m{
+      {"segmented_end_m", "segmented: weighted error at the end"},
+      {"segmented_max_pct", "segmented: largest weighted error in percent, from 120 s on"},
+      {"segmented_end_pct", "segmented: weighted error at the end in percent"},
+      {"segmented_joint_end_m", "its joint filter of 16 states: error at the end"},
+      {"segmented_joint_end_pct", "its joint filter, in percent of the distance"},
+      {"segmented_reckoned_end_m", "its calibrated dead reckoning: error at the end"},
+      {"segmented_switch_s", "when it switched"},
+      {"segmented_forced", "1: the switch rule was not met"},
+      {"segmented_scale_error", "phase 1: estimated - true scale"},
+      {"segmented_mounting_error_rad", "phase 1: estimated - true mounting"},
+      {"segmented_scale_found_60_pct", "share of the odometer's scale error found after 60 s"},
+      {"segmented_scale_found_pct", "the same after 120 s"},
+      {"segmented_mounting_found_pct", "share of the mounting error found after 120 s"},
+      {"segmented_mounting_120_rad", "estimated - true mounting after 120 s"},
+      {"start_azimuth_rad", "phi_U of the alignment (counterclockwise heading error)"},
+      {"start_azimuth_pct", "its size, in percent of any distance"}};
+  add_times(m, set, set.early_fan, "segmented_scale", "", "phase 1: scale - 1");
+  const char* const series[kSegmentedSeries][2] = {
+      {"ins", "INS alone"},
+      {"reckoned", "calibrated dead reckoning"},
+      {"weighted", "weighted by minimum variance (V-57)"},
+      {"naive", "weighted naively (V-58)"},
+      {"intersection", "weighted by covariance intersection (V-59)"},
+      {"joint", "joint filter of 16 states"}};
+  for (const auto& s : series)
+    add_times(m, set, set.fan, std::string("segmented_") + s[0], "_pct",
+              std::string(s[1]) + ", percent of the distance");
+  return m;
+}
+std::vector<MetricInfo> navigator_metrics(const DriveSetup& set) {
+  std::vector<MetricInfo> m{
+      {"navigator_end_m", "joint filter at every sample: horizontal error at the end"},
+      {"navigator_max_pct", "its largest, in percent of the distance, from 120 s on"},
+      {"navigator_end_pct", "its error at the end in percent of the distance"},
+      {"navigator_nees", "its horizontal NEES, mean over the drive; expected 2"},
+      {"navigator_nees_end", "its horizontal NEES at the end; expected 2"},
+      {"navigator_scale_error", "its estimated - true scale at the end"},
+      {"navigator_mounting_error_rad", "its estimated - true mounting at the end"},
+      {"navigator_diverged", "1: it says that it contradicts itself"}};
+  add_times(m, set, set.fan, "navigator", "_pct", "joint filter, percent of the distance");
+  return m;
 }
 
 EpochFilterConfig epoch_filter_config(const DriveSetup& set, const DeclaredErrors<double>& d) {
@@ -137,6 +205,8 @@ SegmentedConfig segmented_config(const DriveSetup& set, const DeclaredErrors<dou
   c.accel_bias = d.accel_bias, c.accel_noise = d.accel_noise;
   c.level_std = d.level, c.heading_std = d.heading;
   c.static_heading = set.static_alignment;
+  // A start from rest: what a second of the accelerometers' biases leaves.
+  if (set.static_alignment) c.velocity_std = max(d.accel_bias, 1e-4);
   if (d.scale > 0) c.scale_std = d.scale;
   if (d.mounting > 0) c.mounting_std = d.mounting;
   const double ticks =
@@ -145,6 +215,52 @@ SegmentedConfig segmented_config(const DriveSetup& set, const DeclaredErrors<dou
   c.slip_noise = d.side_slip;
   c.quantisation = d.quantisation;
   c.scale_walk = max(d.scale_walk, d.scale_markov * sqrt(2.0 / set.scale_markov_time));
+  return c;
+}
+
+NavigatorConfig navigator_config(const DriveSetup& set, const DeclaredErrors<double>& d,
+                                 NavigatorStart& start) {
+  NavigatorConfig c;
+  c.ellipsoid = set.ellipsoid;
+  c.imu_interval = set.truth.dt;
+  c.gyro_noise = d.gyro_noise, c.accel_noise = d.accel_noise;
+  c.gyro_bias = d.gyro_bias, c.accel_bias = d.accel_bias;
+  // The part of the biases that moves, from their walks; what is constant is declared so.
+  const auto part = [](double walk, double tau, double bias) {
+    return bias > 0 ? walk * sqrt(0.5 * tau) / bias : 0.0;
+  };
+  c.bias_moving = min(1.0, max(part(d.gyro_walk, c.gyro_bias_tau, d.gyro_bias),
+                               part(d.accel_walk, c.accel_bias_tau, d.accel_bias)));
+  c.gyro_scale = d.gyro_scale, c.accel_scale = d.accel_scale;
+  const EpochFilterConfig e = epoch_filter_config(set, d);
+  c.scale_std = e.scale_std, c.scale_walk = e.scale_walk;
+  c.eps_h = start.state.eps_h, c.eps_p = start.state.eps_p;
+  c.eps_std = max(1e-5, sqrt(d.mounting * d.mounting + d.mounting_pitch * d.mounting_pitch));
+  c.lever_std = 0.02;
+  c.quantisation = d.quantisation;
+  c.scale_noise = d.scale_noise, c.slip_noise = d.side_slip;
+  c.distance_std = sqrt(d.noise * d.noise + 1e-3 * 1e-3);
+  c.height_std = e.height_std;
+  c.fix_std_min = 1e-3;
+  Covariance<kStates>& P = start.P;
+  alignment_covariance(c.ellipsoid, start.state, c.gyro_bias, c.accel_bias, e.level_std,
+                       e.heading_std, set.static_alignment, P);
+  const auto diagonal = [&](int first, int count, double sigma) {
+    for (int i = first; i < first + count; ++i) P.p[i][i] = sigma * sigma;
+  };
+  diagonal(kDv, 3, e.velocity_std);
+  diagonal(kDr, 3, e.position_std);
+  diagonal(kBg, 3, c.gyro_bias);
+  diagonal(kBa, 3, c.accel_bias);
+  diagonal(kSg, 3, c.gyro_scale);
+  diagonal(kSa, 3, c.accel_scale);
+  diagonal(kScale, 1, c.scale_std);
+  diagonal(kEpsH, 1, c.eps_std);
+  diagonal(kEpsP, 1, c.eps_std);
+  diagonal(kLever, 3, c.lever_std);
+  if (!set.static_alignment)  // a given attitude says nothing of the biases
+    for (int i = 0; i < 3; ++i)
+      for (int j = kBg; j < kBa + 3; ++j) P.p[kPsi + i][j] = P.p[j][kPsi + i] = 0;
   return c;
 }
 

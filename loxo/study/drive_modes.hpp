@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "loxo/estimate/epoch_filter.hpp"
+#include "loxo/estimate/navigator.hpp"
 #include "loxo/estimate/segmented.hpp"
 #include "loxo/num/lanes.hpp"
 #include "loxo/study/drive_truth.hpp"
@@ -15,7 +16,8 @@
 namespace loxo {
 
 struct DriveModes {
-  bool inertial = true, reckon = true, calibrate = false, filter = false, segmented = false;
+  bool inertial = true, reckon = true, calibrate = false, filter = false, segmented = false,
+       navigator = false;
   std::string text() const;
 };
 // What all trials share.
@@ -28,15 +30,22 @@ struct DriveSetup {
   bool static_alignment = false;
   double gravity = 9.8, percent = 0;  // m/s^2 at the start; 100 / way [1/m]
   double mounting_heading = 0, mounting_pitch = 0, scale_markov_time = 600;
-  std::size_t at_inertial = 0, at_reckon = 0, at_calibrate = 0, at_filter = 0, at_segmented = 0;
+  std::size_t at_inertial = 0, at_reckon = 0, at_calibrate = 0, at_filter = 0, at_segmented = 0,
+              at_navigator = 0;
+  // Epochs at which the modes segmented and navigator tell their errors; and of the first three
+  // minutes, at which phase 1 tells its scale.
+  std::vector<std::size_t> fan, early_fan;
 };
 // Throws Error(kInput) for what cannot be, as static alignment near a pole.
 DriveSetup drive_setup(const TomlTable& settings, const Scenario& scenario);
 
 std::vector<MetricInfo> calibration_metrics();
 std::vector<MetricInfo> filter_metrics();  // the fan follows
-std::vector<MetricInfo> segmented_metrics();
+std::vector<MetricInfo> segmented_metrics(const DriveSetup& set);
+std::vector<MetricInfo> navigator_metrics(const DriveSetup& set);
 inline constexpr std::size_t kFilterMetrics = 8;
+// INS, reckoned, weighted, naive, intersection, joint.
+inline constexpr std::size_t kSegmentedSeries = 6;
 
 // 1 sigma of a trial's sensors, as a user would declare them.
 template <Real S>
@@ -96,5 +105,8 @@ DeclaredErrors<double> lane_of(const DeclaredErrors<S>& d, int k) {
 EpochFilterConfig epoch_filter_config(const DriveSetup& set, const DeclaredErrors<double>& d);
 
 SegmentedConfig segmented_config(const DriveSetup& set, const DeclaredErrors<double>& d);
+// Of the filter at every sample; fills the covariance of `start`, whose state is given.
+NavigatorConfig navigator_config(const DriveSetup& set, const DeclaredErrors<double>& d,
+                                 NavigatorStart& start);
 
 }  // namespace loxo

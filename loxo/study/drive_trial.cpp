@@ -14,7 +14,9 @@
 #include "loxo/num/units.hpp"
 #include "loxo/study/filter_trial.hpp"
 #include "loxo/study/kernel_trial.hpp"
+#include "loxo/study/navigator_trial.hpp"
 #include "loxo/study/replay_trial.hpp"
+#include "loxo/study/segmented_trial.hpp"
 #include "loxo/text/nearest.hpp"
 
 namespace loxo {
@@ -53,6 +55,8 @@ enum P : std::size_t {
   kBenchmarkStd,
   kFixStd,
   kHeightStd,
+  kOdometerPreset,
+  kMountingPreset,
   kParameters
 };
 constexpr std::size_t kParts = 10;  // of the drive, for fans
@@ -97,6 +101,7 @@ struct DriveKernel {
   template <Real S>
   static OdometerModel<S> odometer_model(const S* p) {
     OdometerModel<S> m;
+    m.scale = 1.0 + p[kOdometerPreset];
     m.scale_error = p[kOdometerScale];
     m.scale_walk = p[kOdometerScaleWalk];
     m.scale_markov = p[kOdometerScaleMarkov];
@@ -149,7 +154,8 @@ struct DriveKernel {
           e.q_eb);
     }
     // Where the vehicle's forward axis is believed to be, body components; side slip turns it.
-    const S mounting = p[kMounting] * c[3], pitching = p[kMountingPitch] * c[4];
+    const S mounting = p[kMountingPreset] + p[kMounting] * c[3],
+            pitching = p[kMountingPitch] * c[4];
     const auto believed = [&](const S& turn) {
       S st, ct, sp, cp;
       sincos(turn, st, ct);
@@ -173,6 +179,10 @@ struct DriveKernel {
     if (set.modes.calibrate) calibration.emplace(set, mounting, odometer.scale(), seed, trial);
     if (set.modes.segmented)
       segmented.emplace(set, filter_config(p), e, mounting, odometer.scale());
+    std::optional<TrialNavigator<S>> navigator;
+    if (set.modes.navigator)
+      navigator.emplace(set, filter_config(p), e, mounting, pitching, odometer.scale(), seed,
+                        trial);
     const bool free = set.modes.inertial || set.modes.reckon || set.modes.calibrate;
 
     S most(0.0), squares(0.0), speeds(0.0), dead_most(0.0), horizontal(0.0), dead_horizontal(0.0);
@@ -192,6 +202,7 @@ struct DriveKernel {
       if (free) nav = step(earth, nav, one_sample(before, u));
       if (filter) filter->imu(earth, u);
       if (segmented) segmented->imu(static_cast<double>(i + 1) * dt, u);
+      if (navigator) navigator->imu(static_cast<double>(i + 1) * dt, u);
       before = u;
       if (--until_tick == half_tick) {
         attitude = nav.q_nb;
@@ -207,6 +218,7 @@ struct DriveKernel {
         if (filter) filter->tick(way, tick_dt);
         if (calibration) calibration->tick(static_cast<double>(i + 1) * dt, way, at.h);
         if (segmented) segmented->tick(static_cast<double>(i + 1) * dt, way);
+        if (navigator) navigator->tick(static_cast<double>(i + 1) * dt, way);
         if (free) {
           // Dead reckoning: the way as measured, along the believed forward axis.
           dead.q_nb = attitude;
@@ -227,10 +239,13 @@ struct DriveKernel {
         if (slips) {
           side = p[kSideSlip] * slip.normal(epoch);
           forward = believed(mounting + side);
+          if (segmented) segmented->slip(side);
+          if (navigator) navigator->slip(side);
         }
         const std::size_t from = (epoch - 1) * kParts / epochs, now = epoch * kParts / epochs;
         if (filter) filter->epoch(earth, epoch, side, from, now);
         if (segmented) segmented->epoch(epoch);
+        if (navigator) navigator->epoch(static_cast<double>(i + 1) * dt, epoch);
         if (!free) continue;
         const auto x = Mech::to_ecef(earth, nav), d = Mech::to_ecef(earth, dead);
         const auto along = [](const Vec<Ecef, S>& v, const Vec<Ecef, double>& axis) {
@@ -283,6 +298,7 @@ struct DriveKernel {
     if (calibration) calibration->result(p[kBenchmarkStd], track_errors(p), m + set.at_calibrate);
     if (filter) filter->result(m + set.at_filter);
     if (segmented) segmented->result(m + set.at_segmented);
+    if (navigator) navigator->result(m + set.at_navigator);
   }
 
   // What a user would declare of this trial's sensors.
@@ -300,7 +316,13 @@ struct DriveKernel {
     d.accel_scale = p[kAccelScale];
     d.level = p[kTilt];
     d.heading = p[kHeading];
-    d.scale = both(p[kOdometerScale], p[kOdometerScaleMarkov]);
+    // A preset is an error that the navigation is not told: it expects what any new set may have
+    // (vehicle.md 7, P0).
+    const auto unknown = [](const S& preset, double sigma) {
+      return select(fabs(preset) > S(0.0), S(sigma), S(0.0));
+    };
+    d.scale =
+        both(both(p[kOdometerScale], unknown(p[kOdometerPreset], 0.05)), p[kOdometerScaleMarkov]);
     d.scale_walk = p[kOdometerScaleWalk];
     d.scale_markov = p[kOdometerScaleMarkov];
     d.scale_noise = p[kOdometerScaleNoise];
@@ -308,7 +330,7 @@ struct DriveKernel {
     d.distance_noise = p[kOdometerDistanceNoise];
     d.quantisation = p[kOdometerQuantisation];
     d.side_slip = p[kSideSlip];
-    d.mounting = p[kMounting];
+    d.mounting = both(p[kMounting], unknown(p[kMountingPreset], 3.0 * deg));
     d.mounting_pitch = p[kMountingPitch];
     d.fix = p[kFixStd];
     d.height = p[kHeightStd];
@@ -382,6 +404,10 @@ std::vector<ParameterInfo> parameters(const Scenario& s) {
       {"fix_std", "m", kLength, s.fix.position, "1 sigma of a fix per axis (mode filter)", 0.0,
        1e6},
       {"height_std", "m", kLength, 0.1, "1 sigma of the height (mode filter)", 0.0, 1e6},
+      {"odometer_preset", "", kNone, 0.0, "scale error of this size, of which nobody is told", -0.5,
+       0.5},
+      {"mounting_preset", "rad", kAngle, 0.0,
+       "mounting error of this size, of which nobody is told", -0.5, 0.5},
   };
 }
 
@@ -423,7 +449,8 @@ std::vector<MetricInfo> metrics(DriveSetup& set) {
     add(set.at_filter, filter_metrics());
     add_fan(m, "filter");
   }
-  if (set.modes.segmented) add(set.at_segmented, segmented_metrics());
+  if (set.modes.segmented) add(set.at_segmented, segmented_metrics(set));
+  if (set.modes.navigator) add(set.at_navigator, navigator_metrics(set));
   return m;
 }
 
@@ -451,9 +478,11 @@ std::unique_ptr<TrialKind> make_drive_trial(const TomlTable& settings) {
   std::snprintf(numbers, sizeof numbers, "%a %a %a %016llx %d", meridian, set->truth.dt,
                 s.trajectory.duration(), static_cast<unsigned long long>(set->truth.hash()),
                 set->truth.odometer_every);
+  std::string fans = "fan";
+  for (const std::size_t at : set->fan) fans += " " + std::to_string(at);
   const std::string canonical = "frame=" + frame + " modes=" + set->modes.text() +
                                 " ellipsoid=" + s.trajectory.ellipsoid.name + " " + numbers + " " +
-                                set->around_text;
+                                set->around_text + fans;
   const auto p = parameters(s);
   if (frame == "geographic") return make<GeographicMechanization>(earth, set, p, canonical);
   if (frame == "transverse") return make<TransverseMechanization>(earth, set, p, canonical);

@@ -50,6 +50,8 @@ odometer_scale_walk = { choice = ["0 1/sqrt(s)", "1e-5 1/sqrt(s)"] }
 odometer_scale_markov = { choice = [0.0, 3e-4] }
 odometer_quantisation = { choice = ["0 m", "0.05 m"] }
 side_slip = "0.05 deg"
+odometer_preset = { choice = [0.0, 0.02] }
+mounting_preset = { choice = ["0 deg", "-1 deg"] }
 mounting_pitch = "1 arcmin"
 benchmark_std = "0.1 m"
 )toml";
@@ -63,7 +65,7 @@ TEST(DriveTrial, TrialKIsBitIdenticalInAnyLaneAndAloneInEveryFrame) {
         "frame = \"" + std::string(frame) + "\"\nlat = \"" + lat +
             "\"\nduration = \"40 s\"\nroute = \"weave\"\n" +
             (all ? "alignment = \"static\"\nmode = [\"inertial\", \"reckon\", \"calibrate\", "
-                   "\"filter\", \"segmented\"]\n"
+                   "\"filter\", \"segmented\", \"navigator\"]\nevery = \"7 s\"\n"
                  : ""),
         kErrors);
     const std::size_t width = c.identity.columns.size() + 1;
@@ -326,7 +328,7 @@ TEST(DriveTrial, BitsAreThoseOfEveryOtherProcessor) {
       "course = { uniform = [\"0 deg\", \"360 deg\"] }\nlength = { log_uniform = [\"1 km\", \"90 "
       "km\"] }\n";
   add(read_campaign(s, "test"));
-  EXPECT_EQ(h, 0x9ffd73a7057dbfe0u) << std::hex << h;
+  EXPECT_EQ(h, 0xab7061a332768b6cu) << std::hex << h;
 }
 
 TEST(DriveTrial, RefusesSettingsThatCannotBe) {
@@ -349,6 +351,8 @@ TEST(DriveTrial, RefusesSettingsThatCannotBe) {
   refused("alignment = \"static\"\nlat = \"89.9 deg\"\n", "finds north");
   refused("odometer_rate = \"7 Hz\"\n", "whole part");
   refused("lat = \"95 deg\"\n", "latitude");
+  refused("duration = \"10 s\"\nevery = \"0.1 s\"\n", "a second or more");
+  refused("duration = \"300 s\"\nimu_rate = \"10 Hz\"\nevery = \"1 s\"\n", "at most 200 times");
   refused("speeed = \"5 m/s\"\n", "did you mean 'speed'");
 }
 

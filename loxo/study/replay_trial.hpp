@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A trial's calibration from surveyed ends and its segmented method: recorded in lanes, computed
-// lane by lane in double, to the same bits. For the .cpp files of kinds only.
+// A trial's calibration from surveyed ends: recorded in lanes, computed lane by lane in double, to
+// the same bits. For the .cpp files of kinds only.
 #pragma once
-#include <memory>
 #include <vector>
 
 #include "loxo/ins/strapdown.hpp"
@@ -68,110 +67,6 @@ class TrialCalibration {
   S mounting_, scale_, heading_{0.0}, pitch_{0.0};
   Stream<S> survey_;
   std::vector<TrackStep> tracks_[kWide<S>];
-};
-
-// The segmented method, lane by lane: its body axes are those believed to be the vehicle's.
-template <Real S>
-class TrialSegmented {
- public:
-  TrialSegmented(const DriveSetup& set, const DeclaredErrors<S>& declared,
-                 const EcefState<S>& start, const S& mounting, const S& scale)
-      : set_(&set) {
-    const Spread<S, 9> e({start.q_eb.w, start.q_eb.x, start.q_eb.y, start.q_eb.z, mounting, scale,
-                          start.v.x, start.v.y, start.v.z});
-    for (int k = 0; k < kWide<S>; ++k) {
-      const double* a = e.lane[k];
-      Lane& l = lanes_[k];
-      l.mounting = a[4];
-      l.scale = a[5];
-      double sm, cm;
-      sincos(a[4], sm, cm);
-      l.forward = cm * set.truth.forward + sm * set.truth.right;
-      l.right = cm * set.truth.right - sm * set.truth.forward;
-      const auto place = to_geodetic(set.ellipsoid, set.truth.epochs.front().state.r);
-      const auto level = geographic_axes(place.lat, place.lon);
-      const Rot<Geographic, Body> C = level * to_matrix(Quat<Ecef, Body>{a[0], a[1], a[2], a[3]});
-      SegmentedStart s;
-      s.place = place;
-      const Vec<Geographic> columns[3] = {C * l.right, C * l.forward, C * set.truth.up};
-      for (int j = 0; j < 3; ++j) {
-        s.C_nb.m[0][j] = columns[j].x;
-        s.C_nb.m[1][j] = columns[j].y;
-        s.C_nb.m[2][j] = columns[j].z;
-      }
-      const auto v = level * Vec<Ecef>{a[6], a[7], a[8]};
-      s.ve = v.x, s.vn = v.y;
-      l.navigator =
-          std::make_unique<SegmentedNavigator>(segmented_config(set, lane_of(declared, k)), s);
-    }
-  }
-  void imu(double t, const ImuIncrement<S>& u) {
-    const Spread<S, 6> e({u.dtheta.x, u.dtheta.y, u.dtheta.z, u.dv.x, u.dv.y, u.dv.z});
-    for (int k = 0; k < kWide<S>; ++k) {
-      Lane& l = lanes_[k];
-      const double* a = e.lane[k];
-      const Vec<Body> w{a[0], a[1], a[2]}, f{a[3], a[4], a[5]};
-      const auto& up = set_->truth.up;
-      l.navigator->imu({t,
-                        u.dt,
-                        {dot(l.right, w), dot(l.forward, w), dot(up, w)},
-                        {dot(l.right, f), dot(l.forward, f), dot(up, f)}});
-    }
-  }
-  void tick(double t, const S& way) {
-    double v[8];
-    spread(way, v);
-    for (int k = 0; k < kWide<S>; ++k) lanes_[k].navigator->odometer({t, v[k], false});
-  }
-  void epoch(std::size_t number) {
-    const auto& at = set_->truth.epochs[number];
-    const auto place = to_geodetic(set_->ellipsoid, at.state.r);
-    const double sl = sin(place.lat), M = meridian_radius(set_->ellipsoid, sl) + place.h,
-                 N = (prime_vertical_radius(set_->ellipsoid, sl) + place.h) * cos(place.lat);
-    for (int k = 0; k < kWide<S>; ++k) {
-      Lane& l = lanes_[k];
-      const SegmentedEpoch& e = l.navigator->epoch();
-      const auto miss = [&](const Horizontal& h) {
-        const double n = (h.lat - place.lat) * M, east = wrap_pi(h.lon - place.lon) * N;
-        return sqrt(n * n + east * east);
-      };
-      l.ins = miss(e.ins), l.reckoned = miss(e.reckoned), l.weighted = miss(e.weighted),
-      l.joint = miss(e.joint);
-      if (e.phase == 1) l.k = e.k, l.mu = e.mu;
-      if (e.t >= 120 && at.distance > 0)
-        l.most_pct = max(100 * l.weighted / at.distance, l.most_pct);
-      if (e.switched) l.switched = e.t, l.k = e.k, l.mu = e.mu;
-    }
-  }
-  void result(S* m) const {
-    double v[8];
-    for (std::size_t j = 0; j < 9; ++j) {
-      for (int k = 0; k < kWide<S>; ++k) {
-        const Lane& l = lanes_[k];
-        const double out[9] = {l.weighted,
-                               l.most_pct,
-                               set_->percent * l.weighted,
-                               l.joint,
-                               set_->percent * l.joint,
-                               l.reckoned,
-                               l.switched,
-                               l.k - l.scale,
-                               l.mu - l.mounting};
-        v[k] = out[j];
-      }
-      m[j] = gather<S>(v);
-    }
-  }
-
- private:
-  struct Lane {
-    std::unique_ptr<SegmentedNavigator> navigator;
-    Vec<Body> right, forward;
-    double mounting = 0, scale = 1, k = 1, mu = 0, switched = 0;
-    double ins = 0, reckoned = 0, weighted = 0, joint = 0, most_pct = 0;
-  };
-  const DriveSetup* set_;
-  Lane lanes_[kWide<S>];
 };
 
 }  // namespace loxo
