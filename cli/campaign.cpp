@@ -578,10 +578,10 @@ void add_campaign(CLI::App& app, Globals& globals) {
   sub->add_option("--threads", o->threads, "threads of this process (default: all)");
   sub->add_option("--trials", o->trials, "number of trials, instead of the file's");
   sub->add_flag("--list", o->list, "names of the ready campaigns");
-  sub = add_subcommand(*campaign, globals, "report",
-                       "what a campaign says, at any time, also while it runs",
-                       "loxo campaign report legs.sqlite -o report.html",
-                       [o, &globals]() -> int { return report_command(globals, *o); });
+  sub = add_subcommand(
+      *campaign, globals, "report", "what a campaign says, at any time, also while it runs",
+      "loxo campaign report legs.sqlite -o report.html",
+      [o, &globals]() -> int { return report_command(globals, *o); }, Output::kPage);
   sub->add_option("STORE", o->store, "the store")->required();
   sub->add_option("--against", o->against, "another store to compare with");
   sub->add_option("--metric", o->metric, "whose worst trials are listed (default: the first)");

@@ -61,20 +61,27 @@ std::string first_word_after_colon(const std::string& message) {
 }  // namespace
 
 CLI::App* add_command(CLI::App& app, Globals& globals, const std::string& name,
-                      const std::string& job, const std::string& example,
-                      std::function<int()> run) {
-  return add_subcommand(app, globals, name, job, example, std::move(run));
+                      const std::string& job, const std::string& example, std::function<int()> run,
+                      Output output) {
+  return add_subcommand(app, globals, name, job, example, std::move(run), output);
 }
 
 CLI::App* add_subcommand(CLI::App& parent, Globals& globals, const std::string& name,
                          const std::string& job, const std::string& example,
-                         std::function<int()> run) {
+                         std::function<int()> run, Output output) {
   auto* sub = parent.add_subcommand(name, job);
   add_globals(sub, globals);
   sub->footer("Example:\n  " + example);
   // A command with subcommands of its own runs only when none of them was chosen.
-  sub->final_callback([sub, run = std::move(run)] {
-    if (sub->get_subcommands().empty()) exit_code = run();
+  sub->final_callback([sub, &globals, output, run = std::move(run)] {
+    if (!sub->get_subcommands().empty()) return;
+    if (output == Output::kData && globals.output.ends_with(".html"))
+      throw Error(ErrorKind::kUsage,
+                  "this command writes data, not a page; 'loxo report' makes the page of what it "
+                  "writes (or of its --json) with -o " +
+                      globals.output,
+                  "-o");
+    exit_code = run();
   });
   return sub;
 }

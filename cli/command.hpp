@@ -23,14 +23,17 @@ struct Globals {
   unsigned long long seed = 1;    // --seed N
 };
 
+// What -o of a command takes: a page is refused where data would be written under its name.
+enum class Output { kData, kPage };
 // Adds a subcommand with the global options; `run` is called after parsing, its return is the exit
 // code. `example` is one runnable line, shown by --help.
 CLI::App* add_command(CLI::App& app, Globals& globals, const std::string& name,
-                      const std::string& job, const std::string& example, std::function<int()> run);
+                      const std::string& job, const std::string& example, std::function<int()> run,
+                      Output output = Output::kData);
 // The global options on a nested subcommand (`calibrate points`); `run` as above.
 CLI::App* add_subcommand(CLI::App& parent, Globals& globals, const std::string& name,
                          const std::string& job, const std::string& example,
-                         std::function<int()> run);
+                         std::function<int()> run, Output output = Output::kData);
 
 // Standard output: the JSON result (--json).
 void print_json(const Json& json);

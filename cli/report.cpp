@@ -323,11 +323,11 @@ int run(const Globals& globals, const Options& o) {
 
 void add_report(CLI::App& app, Globals& globals) {
   auto o = std::make_shared<Options>();
-  auto* sub =
-      add_command(app, globals, "report",
-                  "one self-contained HTML page from solutions, drives, certificates and results",
-                  "loxo report solution.csv DRIVE certificate.json -o report.html",
-                  [&globals, o]() -> int { return run(globals, *o); });
+  auto* sub = add_command(
+      app, globals, "report",
+      "one self-contained HTML page from solutions, drives, certificates and results",
+      "loxo report solution.csv DRIVE certificate.json -o report.html",
+      [&globals, o]() -> int { return run(globals, *o); }, Output::kPage);
   sub->add_option("PATH", o->paths,
                   "solutions, drives, certificates, JSON results, in any number and order")
       ->required();

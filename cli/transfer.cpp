@@ -63,7 +63,7 @@ void add_transfer(CLI::App& app, Globals& globals) {
       "this unit in the polar region: free-inertial drift at home and at the pole, and why they "
       "differ; -o PAGE.html for the page",
       "loxo transfer test DRIVE --angle 58.96deg --meridian 122.9deg -o polar.html",
-      [o, &globals] { return transfer_trial(globals, *o); });
+      [o, &globals] { return transfer_trial(globals, *o); }, Output::kPage);
   trial->add_option("DRIVE", o->drive, "the recorded drive: [imu] and [reference]");
   trial->add_option("--angle", o->angle, "of the transfer, with its unit");
   trial->add_option("--meridian", o->meridian, "reference meridian, with its unit");

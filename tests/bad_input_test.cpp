@@ -48,6 +48,19 @@ TEST(BadInput, ADriveWithoutAReadableRow) {
   EXPECT_NE(o.err.find("track.csv"), std::string::npos) << o.err;
 }
 
+// A page asked of a command that writes data would be a table under a wrong name.
+TEST(BadInput, APageIsWrittenByReportOnly) {
+  const std::string page = scratch_folder() + "/page.html";
+  for (const std::string& command :
+       {std::string("analyze roots --lat 30deg"), "evaluate " + drive(kTrack, kHeader + "1,2,3\n"),
+        "navigate " + drive(kTrack, kHeader + "1,2,3\n") + " --mode reckon"}) {
+    const Outcome o = run(command + " -o " + page);
+    EXPECT_EQ(o.exit_code, 2) << command << o.err;
+    EXPECT_NE(o.err.find("loxo report"), std::string::npos) << o.err;
+    EXPECT_FALSE(std::filesystem::exists(page)) << command;
+  }
+}
+
 TEST(Inspect, CountsRowsAndGaps) {
   std::string rows = kHeader;
   for (int i = 1; i <= 40; ++i)
