@@ -10,7 +10,9 @@
 #include "cli/command.hpp"
 #include "loxo/log/solution_file.hpp"
 #include "loxo/num/error.hpp"
+#include "loxo/study/consistency.hpp"
 #include "loxo/study/evaluation_file.hpp"
+#include "loxo/study/innovations_file.hpp"
 #include "loxo/text/csv.hpp"
 
 namespace loxo::cli {
@@ -19,7 +21,7 @@ namespace {
 struct Options {
   std::string solution, truth, ellipsoid, series;
   std::vector<std::string> require;
-  std::string from, to;
+  std::string from, to, innovations;
 };
 
 std::string number(double x, const char* format = "{:.4g}") {
@@ -60,6 +62,41 @@ void print_table(const Globals& globals, const Evaluation& e) {
                                number(r.pct_50), number(r.pct_95), number(r.pct_max), r.pieces,
                                r.independent));
   }
+}
+
+// Mean over all sensors with its band, then each sensor.
+void pool(Evaluation& e, const std::vector<SensorConsistency>& sensors) {
+  double count = 0, sum = 0, above = 0;
+  for (const auto& s : sensors) {
+    const auto n = static_cast<double>(s.count);
+    count += n, sum += n * s.nis_mean, above += n * s.nis_above_95;
+  }
+  if (count == 0) return;
+  const Band band = chi_square_band(1, count);
+  e.nis_mean = sum / count, e.nis_above_95 = above / count;
+  e.nis_low = band.low, e.nis_high = band.high;
+}
+void print_innovations(const Globals& globals, const std::vector<SensorConsistency>& sensors) {
+  if (sensors.empty()) return;
+  say(globals, "  innovations          number  mean NIS  95 % band          above 95 %  lag one");
+  for (const auto& s : sensors)
+    say(globals, fmt::format("  {:<18} {:>8}  {:>8.3f}  {:.3f} to {:.3f} {:>11.1f} %  {:>6.2f}{}",
+                             s.sensor, s.count, s.nis_mean, s.nis_low, s.nis_high,
+                             100 * s.nis_above_95, s.lag_one, s.coloured ? "  coloured" : ""));
+}
+Json innovations_json(const std::vector<SensorConsistency>& sensors) {
+  Json json = Json::object();
+  for (const auto& s : sensors)
+    json[s.sensor] = {{"count", s.count},
+                      {"deweighted", s.deweighted},
+                      {"rejected", s.rejected},
+                      {"nis_mean", s.nis_mean},
+                      {"nis_low", s.nis_low},
+                      {"nis_high", s.nis_high},
+                      {"nis_above_95", s.nis_above_95},
+                      {"lag_one", s.lag_one},
+                      {"coloured", s.coloured}};
+  return json;
 }
 
 int run(const Globals& globals, const Options& o) {
@@ -104,12 +141,20 @@ int run(const Globals& globals, const Options& o) {
     ellipsoid = truth_ellipsoid;
     solution = read_solution(o.solution, ellipsoid, diagnostics);
   }
-  const Evaluation e = evaluate(solution, truth, ellipsoid, config, diagnostics);
+  Evaluation e = evaluate(solution, truth, ellipsoid, config, diagnostics);
+  std::vector<SensorConsistency> sensors;
+  if (!o.innovations.empty())
+    sensors = read_innovations(o.innovations, config.from, config.to, diagnostics);
+  pool(e, sensors);
 
   Json json;
   json["command"] = "evaluate";
   const Json values = to_json(e);
   for (const auto& [key, value] : values.items()) json[key] = value;
+  if (!sensors.empty()) {
+    json["nis_band"] = {e.nis_low, e.nis_high};
+    json["innovations"] = innovations_json(sensors);
+  }
   json["solution"] = o.solution;
   json["truth"] = truth_path;
   json["diagnostics"] = to_json(diagnostics);
@@ -140,7 +185,10 @@ int run(const Globals& globals, const Options& o) {
   }
   if (!o.series.empty()) write_evaluation_series(o.series, e);
   if (globals.json && globals.output != "-") print_json(json);
-  if (globals.output != "-") print_table(globals, e);
+  if (globals.output != "-") {
+    print_table(globals, e);
+    print_innovations(globals, sensors);
+  }
   if (!globals.json) print_diagnostics(globals, diagnostics);
   std::cout.flush();
   if (!missed.empty()) throw Error(ErrorKind::kRequirement, missed, "requirement missed");
@@ -163,6 +211,9 @@ void add_evaluate(CLI::App& app, Globals& globals) {
   sub->add_option("--require", o->require, "KEY<NUMBER, may be repeated: exit 4 where missed")
       ->allow_extra_args(false);
   sub->add_option("--series", o->series, "also write the errors of every epoch to this CSV");
+  sub->add_option("--innovations", o->innovations,
+                  "also judge a filter's innovations: the file of 'loxo navigate --innovations', "
+                  "or that command's --json result");
   sub->add_option("--from", o->from, "only from this time on (with unit: 120s)");
   sub->add_option("--to", o->to, "only up to this time");
   sub->add_option("--ellipsoid", o->ellipsoid,

@@ -127,6 +127,9 @@ void add_navigate(CLI::App& app, Globals& globals) {
   sub->add_flag("--no-fixes", o->no_fixes,
                 "no fixes at all (the start position may still come from one)")
       ->group(group);
+  sub->add_option("--innovations", o->innovations,
+                  "also write every innovation to this CSV, for 'loxo evaluate --innovations'")
+      ->group(group);
   sub->add_option("--outage", o->outages,
                   "no fixes from START for LENGTH, as 650s:340s; may be repeated")
       ->group(group);

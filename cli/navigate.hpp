@@ -31,6 +31,7 @@ struct NavigateOptions {
   std::string use, without;            // witnesses, comma-separated
   std::string fixes_until, fix_every;  // times, as 946s
   bool no_fixes = false;
+  std::string innovations;           // file of every innovation, for `evaluate`
   std::vector<std::string> outages;  // START:LENGTH, as 650s:340s
 };
 

@@ -10,6 +10,7 @@
 #include "loxo/num/units.hpp"
 #include "loxo/study/consistency.hpp"
 #include "loxo/study/filter_drive.hpp"
+#include "loxo/study/innovations_file.hpp"
 #include "loxo/study/reckon_drive.hpp"
 #include "loxo/text/csv.hpp"
 #include "loxo/text/nearest.hpp"
@@ -159,6 +160,9 @@ int navigate_filter(const Globals& globals, const NavigateOptions& options) {
       meta["meridian"] = options.meridian;
     writer = std::make_unique<SolutionWriter>(globals.output, meta, options.precision);
   }
+  if (options.mode == "segmented" && !options.innovations.empty())
+    throw Error(ErrorKind::kUsage, "innovations come from the modes filter and smooth",
+                "--innovations");
   if (options.mode == "segmented") {
     const SegmentedResult r = telling(globals, diagnostics, [&] {
       return segmented_drive(
@@ -207,6 +211,14 @@ int navigate_filter(const Globals& globals, const NavigateOptions& options) {
     }
     return 0;
   }
+  std::unique_ptr<InnovationWriter> innovations;
+  if (!options.innovations.empty()) {
+    if (options.innovations == globals.output)
+      throw Error(ErrorKind::kUsage, "the solution and the innovations need a file each",
+                  "--innovations");
+    innovations = std::make_unique<InnovationWriter>(options.innovations);
+    f.innovations = innovations.get();
+  }
   const FilterResult r = telling(globals, diagnostics, [&] {
     return filter_drive(
         drive, f,
@@ -215,6 +227,13 @@ int navigate_filter(const Globals& globals, const NavigateOptions& options) {
         },
         diagnostics);
   });
+  if (innovations) {
+    if (innovations->rows() > 0)
+      innovations->commit();
+    else
+      diagnostics.warn("no_innovations", options.innovations,
+                       "this drive's filter tells none (it has no inertial unit): no file written");
+  }
   if (writer) writer->commit();  // a filter that diverged keeps what it had
   print_diagnostics(globals, diagnostics);
   if (globals.json) {

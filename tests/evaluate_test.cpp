@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/rhumb.hpp"
@@ -102,6 +103,74 @@ TEST(Evaluate, TruthOfADriveNamedRelatively) {
   std::filesystem::current_path(before);
   ASSERT_EQ(e.exit_code, 0) << e.err;
   EXPECT_LT(parse_json(e.out, "relative")["horizontal_max_m"].get<double>(), 1e-6);
+}
+
+// NIS per sensor with its band, whiteness per component, windows, and the JSON result's summary.
+// estimation.md section 7
+TEST(Evaluate, InnovationsAreJudged) {
+  const auto truth = track("n_truth", 40, 5, none), there = track("n_there", 40, 5, constant);
+  const std::string path = scratch_folder() + "/innovations.csv";
+  const auto write = [&](double scale, double memory) {
+    std::mt19937_64 rng(3);
+    std::normal_distribution<double> g;
+    std::ofstream out(path);
+    out << "t_s,sensor,innovation,std,verdict\n";
+    double a[3]{};
+    for (int i = 0; i < 2000; ++i) {
+      for (double& x : a) {  // three components at one time, each with its own memory
+        x = memory * x + std::sqrt(1 - memory * memory) * g(rng);
+        out << 0.3 * i << ",fix," << 2 * scale * x << ",2,used\n";
+      }
+      if (i % 4 == 0) out << 0.3 * i << ",odometer," << 0.1 * g(rng) << ",0.1,weighted\n";
+    }
+    out << "600,odometer,nan,0.1,used\n";
+  };
+  const std::string command =
+      "evaluate " + there + " --truth " + truth + " --innovations " + path + " ";
+  write(1, 0);
+  const auto white = run(command + "--json");
+  ASSERT_EQ(white.exit_code, 0) << white.err;
+  Json j = parse_json(white.out, "white");
+  EXPECT_EQ(j["innovations"]["fix"]["count"], 6000);
+  EXPECT_EQ(j["innovations"]["odometer"]["deweighted"], 500);
+  EXPECT_EQ(j["innovations"].size(), 2u);
+  // chi-square of 6000: sd of the mean sqrt(2/6000) = 0.018, and the band 1.96 of them; four here,
+  // so that the stream of the standard library's normals does not matter.
+  EXPECT_NEAR(j["innovations"]["fix"]["nis_mean"].get<double>(), 1, 0.073);
+  EXPECT_NEAR(j["innovations"]["fix"]["nis_low"].get<double>(), 0.9645, 1e-3);
+  EXPECT_NEAR(j["innovations"]["fix"]["nis_high"].get<double>(), 1.0361, 1e-3);
+  EXPECT_NEAR(j["innovations"]["fix"]["nis_above_95"].get<double>(), 0.05, 0.012);
+  EXPECT_LT(std::fabs(j["innovations"]["fix"]["lag_one"].get<double>()), 0.052);
+  EXPECT_NEAR(j["nis_mean"].get<double>(), 1, 0.073);
+  EXPECT_NE(white.err.find("nan"), std::string::npos);
+  write(1, 0.5);
+  j = parse_json(run(command + "--json").out, "coloured");
+  EXPECT_TRUE(j["innovations"]["fix"]["coloured"].get<bool>());
+  EXPECT_NEAR(j["innovations"]["fix"]["lag_one"].get<double>(), 0.5, 0.06);
+  write(2, 0);  // the stated noise is half the true one
+  EXPECT_EQ(run(command + "--require 'nis_mean<1.2'").exit_code, 4);
+  EXPECT_EQ(run(command + "--require 'nis_mean>3'").exit_code, 0);
+  const auto text = run(command);
+  EXPECT_NE(text.out.find("above 95 %"), std::string::npos) << text.out;
+  j = parse_json(run(command + "--json --from 300s").out, "half");
+  EXPECT_EQ(j["innovations"]["fix"]["count"], 3000);
+  // Without the file there is nothing to require.
+  EXPECT_EQ(run("evaluate " + there + " --truth " + truth + " --require 'nis_mean<9'").exit_code,
+            4);
+  // The result of navigate --json, its summary as it is.
+  std::ofstream(path) << R"({"command":"navigate","innovations":{"height":{"used":90,"deweighted":8,
+    "rejected":2,"nis_mean":1.1,"nis_above_95":0.06,"lag_one":0.3}}})";
+  j = parse_json(run(command + "--json").out, "json");
+  EXPECT_EQ(j["innovations"]["height"]["count"], 100);
+  EXPECT_TRUE(j["innovations"]["height"]["coloured"].get<bool>());
+  for (const char* bad :
+       {"{}", "{\"innovations\":{\"fix\":{\"used\":1}}}", "t_s,innovation,std\n1,1,1\n",
+        "t_s,sensor,innovation,std\n", "t_s,sensor,innovation,std\n1,fix,1,0\n"}) {
+    std::ofstream(path) << bad;
+    const auto refused = run(command);
+    EXPECT_EQ(refused.exit_code, 3) << bad;
+    EXPECT_NE(refused.err.find("innovations.csv"), std::string::npos) << refused.err;
+  }
 }
 
 TEST(Evaluate, BadInputIsNamed) {

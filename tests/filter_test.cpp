@@ -142,6 +142,33 @@ TEST(Filter, FindsScaleAndMountingOnASmallDrive) {
   ASSERT_EQ(s.result.exit_code, 0) << s.result.err;
   EXPECT_EQ(parse_json(s.result.out, "stdout")["mode"], "segmented");
 }
+// Every innovation in a file, and evaluate's judgement of it equals the filter's own.
+TEST(Filter, InnovationsAreWrittenAndJudged) {
+  const fs::path d = write_drive("innovations", Spec{});
+  const std::string file = (d / "innovations.csv").string(), json = (d / "result.json").string();
+  const Ran r = navigate(d, "filter", "--json --innovations " + file);
+  ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+  std::ofstream(json) << r.result.out;
+  const Json own = parse_json(r.result.out, "navigate")["innovations"];
+  const std::string evaluate =
+      "evaluate " + r.solution.string() + " --truth " + r.solution.string() + " --json ";
+  const auto judged = loxo::testing::run(evaluate + "--innovations " + file);
+  ASSERT_EQ(judged.exit_code, 0) << judged.err;
+  const Json j = parse_json(judged.out, "evaluate");
+  ASSERT_EQ(j["innovations"].size(), own.size());
+  for (const auto& [name, e] : own.items()) {
+    const Json& f = j["innovations"][name];
+    EXPECT_EQ(f["count"].get<long>(),
+              e["used"].get<long>() + e["deweighted"].get<long>() + e["rejected"].get<long>());
+    EXPECT_NEAR(f["nis_mean"].get<double>(), e["nis_mean"].get<double>(), 1e-9) << name;
+    EXPECT_NEAR(f["nis_above_95"].get<double>(), e["nis_above_95"].get<double>(), 1e-12) << name;
+  }
+  const auto summary = loxo::testing::run(evaluate + "--innovations " + json);
+  ASSERT_EQ(summary.exit_code, 0) << summary.err;
+  EXPECT_NEAR(parse_json(summary.out, "summary")["nis_mean"].get<double>(),
+              j["nis_mean"].get<double>(), 1e-9);
+  EXPECT_EQ(navigate(d, "segmented", "--innovations " + file).result.exit_code, 2);
+}
 // What a drive declares of an external height, a heading sensor, an antenna and the gyros' triad
 // becomes a state; without the declaration it is none.
 TEST(Filter, DeclaredBiasesAreEstimated) {

@@ -520,15 +520,21 @@ void Navigator::projection(const SparseRow<double>& row, FullProjection& out) co
     project(P_, row, out.main);
 }
 
+// `inflate`: added to r where a vector as a whole is weighted; statistics are without it.
 bool Navigator::scalar(Sensor sensor, const ScalarMeasurement& m, double z, double r,
-                       const Gate& gate, Weighed* out) {
+                       const Gate& gate, Weighed* out, double inflate) {
   FullProjection a;
   projection(m.row, a);
   double hx = 0;
   for (int k = 0; k < m.row.n; ++k) hx += m.row.value[k] * x_[m.row.index[k]];
   const double y = z - m.h - hx;
-  const Weighed w = weigh(y, a.main.s0, r, gate);
+  Weighed w = weigh(y, a.main.s0, r, gate);
+  if (inflate > 0) {
+    w.verdict = Verdict::kDeweighted;
+    w.r += inflate;
+  }
   counts_[static_cast<int>(sensor)].add(y, a.main.s0 + r, w);
+  if (sink_) sink_->innovation({s_.t, sensor, y, a.main.s0 + r, w.verdict});
   if (out) *out = w;
   if (sensor != Sensor::kFix && sensor != Sensor::kZeroVelocity && sensor != Sensor::kZeroRate)
     contradict(w.nis);
@@ -958,6 +964,7 @@ void Navigator::use_fix(const Fix& f, bool user) {
     if ((config_.fix_gate && !user && !locked_out) || wrong_stamp) {
       Weighed w{Verdict::kRejected, r[0], n2 / n};
       counts_[static_cast<int>(Sensor::kFix)].add(sqrt(n2 / n), 1.0, w);
+      if (sink_) sink_->innovation({s_.t, Sensor::kFix, sqrt(n2 / n), 1.0, w.verdict});
       return;
     }
     if (locked_out) standing_health_ |= kHealthUncovered;
@@ -970,7 +977,7 @@ void Navigator::use_fix(const Fix& f, bool user) {
     }
   }
   const Gate all{1e9, 0};
-  for (int i = 0; i < n; ++i) scalar(Sensor::kFix, m[i], 0.0, r[i] + S[i][i] * factor, all);
+  for (int i = 0; i < n; ++i) scalar(Sensor::kFix, m[i], 0.0, r[i], all, nullptr, S[i][i] * factor);
   close();
   if (lost()) {
     const MeasurementPoint at = point(age);

@@ -113,6 +113,20 @@ enum class Sensor {
 };
 const char* sensor_name(Sensor s);
 
+// An innovation as it is judged: y = z - h in the sensor's SI unit, variance S with the stated
+// noise (before a robust weight). A fix that is left out whole is told once, normalised.
+struct Innovation {
+  double t = 0;
+  Sensor sensor = Sensor::kOdometer;
+  double y = 0, variance = 0;
+  Verdict verdict = Verdict::kAsIs;
+};
+class InnovationSink {
+ public:
+  virtual ~InnovationSink() = default;
+  virtual void innovation(const Innovation& i) = 0;
+};
+
 // Accumulated: samples bridged in gaps, readings given a sign, dead-encoder seconds, slip and skid
 // readings, wrong stamps; `late`: refused as too old, `rewound`: late and used in their place.
 struct NavigatorEvents {
@@ -167,6 +181,8 @@ class Navigator : private NavigatorMemory {
   explicit Navigator(const NavigatorConfig& config);
   void start(const NavigatorStart& start);
   void set_tape(FilterTape* tape) { tape_ = tape; }
+  // Told every innovation; what is done again for a late measurement is told again.
+  void set_sink(InnovationSink* sink) { sink_ = sink; }
 
   // A sample that ends at sample.t > state().t. Measurements whose time has come are used.
   void imu(const ImuIncrement<double>& sample);
@@ -219,7 +235,7 @@ class Navigator : private NavigatorMemory {
             double extra_dv);
   MeasurementPoint point(double age) const;
   bool scalar(Sensor sensor, const ScalarMeasurement& m, double z, double r, const Gate& gate,
-              Weighed* out = nullptr);
+              Weighed* out = nullptr, double inflate = 0);
   void close();
   ExtraCovariance* rest() { return extra_ ? &X_ : nullptr; }
   void projection(const SparseRow<double>& row, FullProjection& out) const;
@@ -237,6 +253,7 @@ class Navigator : private NavigatorMemory {
 
   NavigatorConfig config_;
   FilterTape* tape_ = nullptr;
+  InnovationSink* sink_ = nullptr;
   std::unique_ptr<TransitionProduct> product_;
   EarthModel earth_;
   bool extra_ = false;

@@ -57,6 +57,8 @@ struct Evaluation {
   double velocity_rms_mps = kNone, velocity_max_mps = kNone;
   double nees_mean = kNone, nees_95_inside = kNone, nees_dof = kNone, nees_low = kNone,
          nees_high = kNone;
+  // Of all innovations that a filter has told (study/innovations_file.hpp); not from the solution.
+  double nis_mean = kNone, nis_above_95 = kNone, nis_low = kNone, nis_high = kNone;
   double kitti_translation_pct = kNone, kitti_rotation_deg_per_m = kNone;
   std::size_t epochs = 0;
   double t_begin = 0, t_end = 0;

@@ -151,6 +151,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
     tape = std::make_unique<SmootherTape>(has_extra_states(config));
     nav.set_tape(tape.get());
   }
+  nav.set_sink(o.innovations);
   nav.start(begin.start);
   const double t_start = begin.start.state.t;
   FrameChoice frame(o);

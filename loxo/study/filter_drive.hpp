@@ -34,6 +34,7 @@ struct FilterOptions {
   // nothing).
   bool calibrated = false;
   double k = 1, k_std = kNone, eps = 0, eps_std = kNone;
+  InnovationSink* innovations = nullptr;  // told every innovation
   // Start states that a caller has prepared (sweeps): heading error put on top, rad.
   double progress_every = 0;
   std::function<void(double)> progress;
