@@ -128,6 +128,9 @@ Json json_of(const FilterResult& r, const NavigateOptions& o, const Diagnostics&
                  {"pitch_mounting_deg", e.eps_p / deg},
                  {"pitch_mounting_std_deg", e.eps_p_std / deg},
                  {"delay_s", e.tau},
+                 {"delay_std_s", e.tau_std},
+                 {"speed_offset_mps", e.offset},
+                 {"speed_offset_std_mps", e.offset_std},
                  {"gyro_bias_up_deg_h", e.bg_up / deg_per_h},
                  {"gyro_bias_up_std_deg_h", e.bg_up_std / deg_per_h}});
   j["events"] = {{"gaps", r.events.gaps},

@@ -112,7 +112,11 @@ struct InnovationCount {
                : 0.0;
   }
   double above_95_share() const;
-  double lag_one() const { return lag_count > 0 ? lag_sum / static_cast<double>(lag_count) : 0.0; }
+  // Correlation of one normalised innovation with the next.
+  double lag_one() const {
+    return lag_count > 0 && nis_sum > 0 ? lag_sum / static_cast<double>(lag_count) / nis_mean()
+                                        : 0.0;
+  }
 };
 
 }  // namespace loxo

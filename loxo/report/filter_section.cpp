@@ -96,6 +96,8 @@ Section filter_section(const Json& json, const std::string& name) {
          {Shown{"k", "k_std", "Odometer scale", ""},
           Shown{"eps_deg", "eps_std_deg", "Heading mounting", "deg"},
           Shown{"pitch_mounting_deg", "pitch_mounting_std_deg", "Pitch mounting", "deg"},
+          Shown{"delay_s", "delay_std_s", "Odometer delay", "s"},
+          Shown{"speed_offset_mps", "speed_offset_std_mps", "Offset of the speed reading", "m/s"},
           Shown{"gyro_bias_up_deg_h", "gyro_bias_up_std_deg_h", "Up gyro bias", "deg/h"}}) {
       const std::vector<double> y = column(h, s.key), sd = column(h, s.std);
       bool moves = false;

@@ -47,6 +47,12 @@ class FrameChoice {
   FrameId frame_;
 };
 
+ConstantsRow constants_row(const NominalState& s, const Covariance<kStates>& P) {
+  auto sd = [&](int i) { return std::sqrt(std::max(0.0, P.p[i][i])); };
+  return {s.t,   s.scale,  sd(kScale), s.eps_h,     sd(kEpsH), s.eps_p,    sd(kEpsP),
+          s.tau, sd(kTau), s.offset,   sd(kOffset), s.bg.z,    sd(kBg + 2)};
+}
+
 // extra: variances of the states of extra_states.hpp, null where the filter has none.
 void push_constants(FilterResult& out, const NominalState& s, const Covariance<kStates>& P,
                     const double* extra, const NavigatorConfig& c, bool odometer) {
@@ -237,11 +243,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
       emit(r);
     }
     if (nav.t() >= next_history) {
-      const NominalState& s = nav.state();
-      const auto& P = nav.covariance();
-      auto sd = [&](int i) { return std::sqrt(std::max(0.0, P.p[i][i])); };
-      out.history.push_back({nav.t(), s.scale, sd(kScale), s.eps_h, sd(kEpsH), s.eps_p, sd(kEpsP),
-                             s.tau, s.bg.z, sd(kBg + 2)});
+      out.history.push_back(constants_row(nav.state(), nav.covariance()));
       next_history += 10.0;
       InnovationRow n;
       n.t = nav.t();
@@ -364,9 +366,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
                        config.use_odometer);
       first = false;
       if (s.t <= next_back) {
-        auto sd = [&](int i) { return std::sqrt(std::max(0.0, P.p[i][i])); };
-        history.push_back({s.t, s.scale, sd(kScale), s.eps_h, sd(kEpsH), s.eps_p, sd(kEpsP), s.tau,
-                           s.bg.z, sd(kBg + 2)});
+        history.push_back(constants_row(s, P));
         next_back = s.t - 10.0;
       }
     });

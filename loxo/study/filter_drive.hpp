@@ -65,7 +65,7 @@ struct AlignmentReport {
 // A row of the constants over time (one per 10 s), for the report.
 struct ConstantsRow {
   double t = 0, k = 0, k_std = 0, eps_h = 0, eps_h_std = 0, eps_p = 0, eps_p_std = 0, tau = 0,
-         bg_up = 0, bg_up_std = 0;
+         tau_std = 0, offset = 0, offset_std = 0, bg_up = 0, bg_up_std = 0;
 };
 // Mean of y^2/S of each sensor over the stretch that ends at t; kNone where it said nothing.
 struct InnovationRow {
