@@ -943,18 +943,20 @@ void Navigator::use_fix(const Fix& f, bool user) {
     const Vec<Geographic> v = C_ge * p.v;
     const double v2 = v.x * v.x + v.y * v.y;
     bool wrong_stamp = false;
+    double shift = 0;
     if (v2 > 4.0) {
-      const double shift = (y[0] * v.x + y[1] * v.y) / v2;
+      shift = (y[0] * v.x + y[1] * v.y) / v2;
       const double e[3] = {y[0] - v.x * shift, y[1] - v.y * shift, n == 3 ? y[2] : 0.0};
       wrong_stamp = fabs(shift) <= 5.0 && fabs(shift) > 0.2 && norm2(e) < kChi95[n];
     }
     health_ |= kHealthRejected;
     if (user && !wrong_stamp) {
       ++events_.far_benchmarks;
-      events_.far_metres = max(events_.far_metres, hypot(y[0], y[1]));
+      events_.far_metres = max(events_.far_metres, norm(z - p.r));
       if (!(events_.first_far <= s_.t)) events_.first_far = s_.t;
     } else if (wrong_stamp) {
       ++events_.wrong_stamps;
+      events_.stamp_shift += shift;
       if (!(events_.first_wrong_stamp <= s_.t)) events_.first_wrong_stamp = s_.t;
     } else {
       ++events_.outlier_fixes;

@@ -134,7 +134,7 @@ struct NavigatorEvents {
        lock_recoveries = 0, far_benchmarks = 0, late = 0, rewound = 0;
   double dead_encoder = 0, slip = 0, skid = 0, standing = 0;
   double first_dead = kNone, first_slip = kNone, first_wrong_stamp = kNone, first_far = kNone,
-         far_metres = 0;
+         far_metres = 0, stamp_shift = 0;  // s, sum: positive where the stamps are early
 };
 
 // All that a sample or a measurement changes, in one value: what is copied to come back to a time.

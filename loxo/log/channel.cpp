@@ -276,6 +276,7 @@ bool Channel::next(Diagnostics& diagnostics) {
     } else if (!read(diagnostics)) {
       return false;
     }
+    if (any_order_) return true;
     if (stamps_->far(t_) && !from_held_) {
       // Look at the row behind: if it goes on from before, this one's stamp is wrong.
       const Held here{values_, t_, table_->rows(), table_->where()};
@@ -300,9 +301,10 @@ bool Channel::next(Diagnostics& diagnostics) {
         displaced_ = true;
       }
     }
-    if (stamps_->check(
-            t_, [this] { return where(); }, diagnostics) == StampCheck::Verdict::kForward)
-      return true;
+    const StampCheck::Verdict verdict = stamps_->check(
+        t_, [this] { return where(); }, diagnostics);
+    if (verdict == StampCheck::Verdict::kForward) return true;
+    went_back_ = went_back_ || verdict == StampCheck::Verdict::kBack;
   }
 }
 

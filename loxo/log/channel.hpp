@@ -2,6 +2,7 @@
 // One section of sensors as numbers in SI: the columns that the drive names, found in the file,
 // with the factor of their unit. Used by the readers of this room.
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -71,6 +72,9 @@ class Channel {
   // time going back and gaps are told. A stamp far ahead of its neighbours is its row's fault: the
   // row is left out, not all that follow it.
   bool next(Diagnostics& diagnostics);
+  // From now on rows come as they stand; who reads them puts them in order and checks them then.
+  void in_any_order() { any_order_ = true; }
+  bool went_back() const { return went_back_; }
   bool has(std::string_view key) const;
   // Place of a key's first value in values(); of a key that is not mapped, npos.
   std::size_t at(std::string_view key) const;
@@ -114,6 +118,7 @@ class Channel {
   };
   Held held_, here_;  // here_: the row given out while the table stands one further
   bool has_held_ = false, from_held_ = false, displaced_ = false;
+  bool any_order_ = false, went_back_ = false;
 };
 
 // Rows of a small channel in time order; a row whose stamp is not after the last is told and
@@ -122,6 +127,51 @@ template <class F>
 void each_row(const Drive& drive, const std::string& section, Diagnostics& d, F use) {
   Channel c(drive, section, d);
   while (c.next(d)) use(c);
+}
+
+// Rows of a small channel whose rows each stand for themselves: those out of order are put in order
+// of time, and told. `use(channel, diagnostics, rows)` may add one.
+template <class T, class F>
+std::vector<T> rows_in_order(const Drive& drive, const std::string& section, Diagnostics& d,
+                             F use) {
+  std::vector<T> out;
+  {
+    Diagnostics trial = d;
+    Channel c(drive, section, trial);
+    while (c.next(trial)) use(c, trial, out);
+    if (!c.went_back()) {
+      d = std::move(trial);
+      return out;
+    }
+  }
+  Channel c(drive, section, d);
+  c.in_any_order();
+  struct At {
+    T row;
+    std::string where;
+  };
+  std::vector<At> all;
+  long wrong = 0;
+  std::string first;
+  out.clear();
+  while (c.next(d)) {
+    use(c, d, out);
+    if (out.empty()) continue;
+    if (!all.empty() && out.back().t < all.back().row.t && ++wrong == 1) first = c.where();
+    all.push_back({out.back(), c.where()});
+    out.clear();
+  }
+  d.warn("time_back", first,
+         "[" + section + "] time goes back in " + std::to_string(wrong) +
+             (wrong == 1 ? " row" : " rows") + "; sorted by time");
+  std::stable_sort(all.begin(), all.end(),
+                   [](const At& a, const At& b) { return a.row.t < b.row.t; });
+  StampCheck stamps(section);
+  for (const At& a : all)
+    if (stamps.check(
+            a.row.t, [&] { return a.where; }, d) == StampCheck::Verdict::kForward)
+      out.push_back(a.row);
+  return out;
 }
 
 }  // namespace loxo

@@ -4,7 +4,9 @@
 #include "loxo/log/drive.hpp"
 
 #include <gtest/gtest.h>
+
 #include <unistd.h>
+#include <array>
 
 #include <algorithm>
 #include <cmath>
@@ -121,10 +123,14 @@ TEST_F(DriveFault, NanRowsAreToldAndSkipped) {
   EXPECT_EQ(t[1].value, 2.0);
   EXPECT_EQ(diagnostics_.count("bad_row"), 4u);
 }
-TEST_F(DriveFault, TimeBackAndDuplicatesAreToldAndSkipped) {
+// Of rows that stand each for themselves: put in order. Of two with one stamp the first counts.
+TEST_F(DriveFault, TimeBackIsSortedAndDuplicatesAreSkippedBothTold) {
   const auto t = ticks("t_s,v_mps\n0,1\n1,2\n1,3\n0.5,4\n2,5\n");
-  ASSERT_EQ(t.size(), 3u);
-  EXPECT_EQ(t[2].value, 5.0);
+  ASSERT_EQ(t.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(t[i].t, (std::array{0.0, 0.5, 1.0, 2.0})[i]);
+    EXPECT_EQ(t[i].value, (std::array{1.0, 4.0, 2.0, 5.0})[i]);
+  }
   EXPECT_EQ(diagnostics_.count("duplicate"), 1u);
   EXPECT_EQ(diagnostics_.count("time_back"), 1u);
 }

@@ -260,21 +260,27 @@ const std::string& ImuReader::unit_fault() const { return impl_->fault; }
 const std::string& ImuReader::axes_fault() const { return impl_->axes_fault; }
 
 std::vector<OdometerTick> read_odometer(const Drive& drive, Diagnostics& d) {
-  std::vector<OdometerTick> out;
   const bool speed = drive.odometer_kind == "speed", counter = drive.odometer_kind == "counter";
   const double k = drive.odometer_scale;
-  double last = kNone;
-  each_row(drive, "odometer", d, [&](const Channel& c) {
+  const auto value = [](const Channel& c, Diagnostics& told) {
     const double v = c.has("value") ? c.values()[c.at("value")]
                                     : std::hypot(c.value(c.at("east")), c.value(c.at("north")));
-    if (!given(v)) {
-      d.bad("bad_row", c.where(), "[odometer] expected a number, found nan; row skipped");
-      return;
-    }
-    if (!counter) {
-      out.push_back({c.t(), v * k, speed});
-      return;
-    }
+    if (!given(v))
+      told.bad("bad_row", c.where(), "[odometer] expected a number, found nan; row skipped");
+    return v;
+  };
+  if (!counter)
+    return rows_in_order<OdometerTick>(
+        drive, "odometer", d,
+        [&](const Channel& c, Diagnostics& told, std::vector<OdometerTick>& out) {
+          const double v = value(c, told);
+          if (given(v)) out.push_back({c.t(), v * k, speed});
+        });
+  std::vector<OdometerTick> out;
+  double last = kNone;
+  each_row(drive, "odometer", d, [&](const Channel& c) {
+    const double v = value(c, d);
+    if (!given(v)) return;
     if (given(last)) {
       double step = v - last;
       if (given(drive.odometer_wrap) && std::fabs(step) > 0.5 * drive.odometer_wrap)
@@ -303,93 +309,97 @@ std::vector<AttitudeSample> read_attitude(const Drive& drive, Diagnostics& d) {
 }
 
 std::vector<Fix> read_fixes(const Drive& drive, Diagnostics& d) {
-  std::vector<Fix> out;
-  each_row(drive, "fix", d, [&](const Channel& c) {
-    Fix f;
-    f.t = c.t();
-    f.h = c.value(c.at("height"));
-    if (c.has("lat") && c.has("lon")) {
-      f.lat = c.value(c.at("lat"));
-      f.lon = c.value(c.at("lon"));
-    } else if (c.has("east") && c.has("north")) {
-      if (!given(drive.fix.origin_lat))
-        throw Error(ErrorKind::kInput,
-                    "east and north columns need origin = { lat_deg = …, lon_deg = … }",
-                    drive.fix.where + ".origin");
-      const double e = c.value(c.at("east")), n = c.value(c.at("north")),
-                   s = std::sin(drive.fix.origin_lat);
-      f.lat = drive.fix.origin_lat + n / (meridian_radius(drive.ellipsoid, s) + drive.fix.origin_h);
-      f.lon = wrap_pi(drive.fix.origin_lon +
-                      e / ((prime_vertical_radius(drive.ellipsoid, s) + drive.fix.origin_h) *
-                           std::cos(drive.fix.origin_lat)));
-      if (c.has("up")) f.h = drive.fix.origin_h + c.value(c.at("up"));
-    } else {
-      throw Error(ErrorKind::kInput,
-                  "missing; expected columns of lat and lon, or of east and north",
-                  drive.fix.where + ".columns");
-    }
-    if (!given(f.lat) || !given(f.lon)) {
-      d.bad("bad_row", c.where(), "[fix] expected a position, found nan; row skipped");
-      return;
-    }
-    if (std::fabs(f.lat) > 0.5 * kPi + 1e-12) {
-      d.bad("bad_row", c.where(), "[fix] latitude beyond 90 deg; row skipped");
-      return;
-    }
-    f.std_e = c.value(c.at("std_e"), given(drive.fix_std) ? drive.fix_std : 0.0);
-    f.std_n = c.value(c.at("std_n"), given(drive.fix_std) ? drive.fix_std : 0.0);
-    f.std_u = c.value(c.at("std_u"), given(drive.fix_std) ? 2 * drive.fix_std : 0.0);
-    f.ve = c.value(c.at("ve"));
-    f.vn = c.value(c.at("vn"));
-    f.vu = c.value(c.at("vu"));
-    f.std_v = c.value(c.at("std_v"), drive.fix_velocity_std);
-    out.push_back(f);
-  });
-  return out;
+  return rows_in_order<Fix>(
+      drive, "fix", d, [&](const Channel& c, Diagnostics& told, std::vector<Fix>& out) {
+        Fix f;
+        f.t = c.t();
+        f.h = c.value(c.at("height"));
+        if (c.has("lat") && c.has("lon")) {
+          f.lat = c.value(c.at("lat"));
+          f.lon = c.value(c.at("lon"));
+        } else if (c.has("east") && c.has("north")) {
+          if (!given(drive.fix.origin_lat))
+            throw Error(ErrorKind::kInput,
+                        "east and north columns need origin = { lat_deg = …, lon_deg = … }",
+                        drive.fix.where + ".origin");
+          const double e = c.value(c.at("east")), n = c.value(c.at("north")),
+                       s = std::sin(drive.fix.origin_lat);
+          f.lat =
+              drive.fix.origin_lat + n / (meridian_radius(drive.ellipsoid, s) + drive.fix.origin_h);
+          f.lon = wrap_pi(drive.fix.origin_lon +
+                          e / ((prime_vertical_radius(drive.ellipsoid, s) + drive.fix.origin_h) *
+                               std::cos(drive.fix.origin_lat)));
+          if (c.has("up")) f.h = drive.fix.origin_h + c.value(c.at("up"));
+        } else {
+          throw Error(ErrorKind::kInput,
+                      "missing; expected columns of lat and lon, or of east and north",
+                      drive.fix.where + ".columns");
+        }
+        if (!given(f.lat) || !given(f.lon)) {
+          told.bad("bad_row", c.where(), "[fix] expected a position, found nan; row skipped");
+          return;
+        }
+        if (std::fabs(f.lat) > 0.5 * kPi + 1e-12) {
+          told.bad("bad_row", c.where(), "[fix] latitude beyond 90 deg; row skipped");
+          return;
+        }
+        f.std_e = c.value(c.at("std_e"), given(drive.fix_std) ? drive.fix_std : 0.0);
+        f.std_n = c.value(c.at("std_n"), given(drive.fix_std) ? drive.fix_std : 0.0);
+        f.std_u = c.value(c.at("std_u"), given(drive.fix_std) ? 2 * drive.fix_std : 0.0);
+        f.ve = c.value(c.at("ve"));
+        f.vn = c.value(c.at("vn"));
+        f.vu = c.value(c.at("vu"));
+        f.std_v = c.value(c.at("std_v"), drive.fix_velocity_std);
+        for (const double x : {f.std_e, f.std_n, f.std_u, f.std_v})
+          if (x < 0 || x > 1e8)
+            throw Error(ErrorKind::kInput,
+                        "[fix] expected a standard deviation of 0 or more and below 1e8 m, found " +
+                            number(x) + " at t = " + number(f.t) + " s",
+                        c.where());
+        out.push_back(f);
+      });
 }
 
 std::vector<HeadingSample> read_headings(const Drive& drive, Diagnostics& d) {
-  std::vector<HeadingSample> out;
-  if (!drive.heading.columns.contains("heading")) return out;  // rates or a path: read_track's
-  each_row(drive, "heading", d, [&](const Channel& c) {
-    const HeadingSample s{c.t(), c.value(c.at("heading")),
-                          c.value(c.at("std"), given(drive.heading_std) ? drive.heading_std : 0.0)};
-    if (given(s.heading)) out.push_back(s);
-  });
-  return out;
+  if (!drive.heading.columns.contains("heading")) return {};  // rates or a path: read_track's
+  return rows_in_order<HeadingSample>(
+      drive, "heading", d, [&](const Channel& c, Diagnostics&, std::vector<HeadingSample>& out) {
+        const HeadingSample s{
+            c.t(), c.value(c.at("heading")),
+            c.value(c.at("std"), given(drive.heading_std) ? drive.heading_std : 0.0)};
+        if (given(s.heading)) out.push_back(s);
+      });
 }
 std::vector<HeightSample> read_heights(const Drive& drive, Diagnostics& d) {
-  std::vector<HeightSample> out;
-  each_row(drive, "height", d, [&](const Channel& c) {
-    const HeightSample s{c.t(), c.value(c.at("height")), c.value(c.at("rate"))};
-    if (given(s.h)) out.push_back(s);
-  });
-  return out;
+  return rows_in_order<HeightSample>(
+      drive, "height", d, [&](const Channel& c, Diagnostics&, std::vector<HeightSample>& out) {
+        const HeightSample s{c.t(), c.value(c.at("height")), c.value(c.at("rate"))};
+        if (given(s.h)) out.push_back(s);
+      });
 }
 std::vector<VelocitySample> read_velocities(const Drive& drive, Diagnostics& d) {
-  std::vector<VelocitySample> out;
   const auto a = axes_to_rfu(drive.velocity_axes, drive.velocity.where + ".axes");
-  each_row(drive, "velocity", d, [&](const Channel& c) {
-    VelocitySample s;
-    s.t = c.t();
-    if (c.has("velocity")) {
-      const std::size_t at = c.at("velocity");
-      const double* v = &c.values()[at];
-      for (std::size_t i = 0; i < 3; ++i)
-        s.v[i] = a[3 * i] * v[0] + a[3 * i + 1] * v[1] + a[3 * i + 2] * v[2];
-    } else if (c.has("east") || c.has("north")) {
-      s.level = true;
-      s.v[0] = c.value(c.at("east"));
-      s.v[1] = c.value(c.at("north"));
-      s.v[2] = c.value(c.at("up"));
-    } else {
-      s.v[0] = c.value(c.at("right"));
-      s.v[1] = c.value(c.at("forward"));
-      s.v[2] = c.value(c.at("up"));
-    }
-    out.push_back(s);
-  });
-  return out;
+  return rows_in_order<VelocitySample>(
+      drive, "velocity", d, [&](const Channel& c, Diagnostics&, std::vector<VelocitySample>& out) {
+        VelocitySample s;
+        s.t = c.t();
+        if (c.has("velocity")) {
+          const std::size_t at = c.at("velocity");
+          const double* v = &c.values()[at];
+          for (std::size_t i = 0; i < 3; ++i)
+            s.v[i] = a[3 * i] * v[0] + a[3 * i + 1] * v[1] + a[3 * i + 2] * v[2];
+        } else if (c.has("east") || c.has("north")) {
+          s.level = true;
+          s.v[0] = c.value(c.at("east"));
+          s.v[1] = c.value(c.at("north"));
+          s.v[2] = c.value(c.at("up"));
+        } else {
+          s.v[0] = c.value(c.at("right"));
+          s.v[1] = c.value(c.at("forward"));
+          s.v[2] = c.value(c.at("up"));
+        }
+        out.push_back(s);
+      });
 }
 
 Solution read_reference(const Drive& drive, Diagnostics& d) {

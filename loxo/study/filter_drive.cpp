@@ -12,6 +12,7 @@
 #include "loxo/ins/handover.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
+#include "loxo/study/filter_findings.hpp"
 #include "loxo/study/filter_start.hpp"
 #include "loxo/study/planar_drive.hpp"
 
@@ -116,6 +117,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
                 "without it: --vertical free, fixed or ship",
                 "height");
   DriveMeasurements m = read_measurements(drive, o, d);
+  refuse_swapped_fixes(drive, m.all_fixes);
   FilterResult out;
   auto reader = std::make_unique<ImuReader>(drive, d);
   ImuIncrement<double> sample;
@@ -162,6 +164,11 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   const double t_start = begin.start.state.t;
   FrameChoice frame(o);
   auto emit = [&](SolutionRow r) {
+    if (!std::isfinite(norm(Vec<Ecef>{r.x, r.y, r.z}) + r.std_e + r.std_n + r.std_u)) {
+      out.diverged = true;  // no row is better than one without numbers
+      if (!given(out.diverged_t)) out.diverged_t = r.t;
+      return;
+    }
     frame.apply(r);
     ++out.rows;
     sink(r);
@@ -180,7 +187,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   double next_row = o.output_period > 0
                         ? (std::floor(t_start / o.output_period + 1e-6) + 1) * o.output_period
                         : 0;
-  double next_history = t_start, next_progress = t_start, last_good = kNone;
+  double next_history = t_start, next_progress = t_start;
   std::uint32_t carried = 0;
   std::array<std::pair<long, double>, static_cast<std::size_t>(Sensor::kCount)> nis_before{};
   std::string trusted, why;
@@ -214,12 +221,11 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
     ++out.imu_samples;
     carried |= nav.health() | (reader->saturated() ? kHealthSaturated : 0u);
     travelled += norm(nav.state().v) * (nav.t() - before);
-    if (nav.diverged() || (nav.health() & kHealthDiverged)) {
+    if (nav.diverged() || (nav.health() & kHealthDiverged) || out.diverged) {
       out.diverged = true;
       out.diverged_t = nav.t();
       break;
     }
-    last_good = nav.t();
     const InnovationCount& fc = nav.innovations(Sensor::kFix);
     if (fc.used + fc.deweighted > fixes_seen) {
       fixes_seen = fc.used + fc.deweighted;
@@ -279,7 +285,6 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
     }
   }
   if (!trusted.empty()) out.segments.push_back({segment_begin, nav.t(), trusted, why});
-  (void)last_good;
   out.duration = nav.t() - t_start;
   out.diverged = out.diverged || (nav.health() & kHealthDiverged) != 0;
   if (out.diverged && !given(out.diverged_t)) out.diverged_t = nav.t();
@@ -294,55 +299,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   push_constants(out, nav.state(), nav.covariance(), nav.has_extra() ? extra : nullptr, config,
                  config.use_odometer);
 
-  // What was found on the way.
-  const Navigator::Events& e = out.events;
-  if (travelled < 10.0)
-    d.warn("no_motion", drive.path,
-           fmt::format("the drive moves {:.1f} m in all: constants of the odometer and the "
-                       "mounting cannot be observed",
-                       travelled));
-  if (e.gaps > 0)
-    d.warn(
-        "gap", "imu",
-        fmt::format(
-            "{} gaps bridged, {} of them above 2 s (stated sigmas not to be trusted after these)",
-            e.gaps, e.long_gaps));
-  if (e.dead_encoder > 0)
-    d.warn("dead_encoder", "odometer",
-           fmt::format("the wheel stood still for {:.0f} s while the IMU moved, first at t = "
-                       "{:.1f} s; not read as parked",
-                       e.dead_encoder, e.first_dead));
-  if (e.slip + e.skid > 0)
-    d.warn("slip", "odometer",
-           fmt::format("{:.0f} readings too fast (slip) and {:.0f} too slow (skid) left out, first "
-                       "at t = {:.1f} s",
-                       e.slip, e.skid, e.first_slip));
-  if (e.wrong_stamps > 0)
-    d.warn("wrong_stamp", "fix",
-           fmt::format(
-               "{} fixes fit only with another stamp (up to 5 s), first at t = {:.1f} s; not used",
-               e.wrong_stamps, e.first_wrong_stamp));
-  if (e.outlier_fixes > 0)
-    d.warn("outlier", "fix", fmt::format("{} fixes outside the gate", e.outlier_fixes));
-  if (e.far_benchmarks > 0)
-    d.bad("far_benchmark", "benchmark",
-          fmt::format("{} benchmarks lie far from the track (up to {:.1f} m, beyond five sigma), "
-                      "first at t = {:.1f} s; used with reduced weight",
-                      e.far_benchmarks, e.far_metres, e.first_far));
-  if (e.signs_turned > 0)
-    d.note("unsigned_wheel", "odometer",
-           fmt::format("{} readings taken as reversing: the wheel has no sign", e.signs_turned));
-  if (e.lock_recoveries > 0)
-    d.warn("lock_out", "odometer",
-           fmt::format("the odometer was rejected for longer than {:.0f} s of motion; the filter "
-                       "opened itself {} times",
-                       config.lock_time, e.lock_recoveries));
-  if (config.use_odometer && travelled > 100 &&
-      (out.k < 0.5 * config.scale || out.k > 2.0 * config.scale || out.k <= 0))
-    d.bad("odometer_scale", "odometer",
-          fmt::format("scale k = {:.3f} is far from the {:.3f} it started from: unit or metres per "
-                      "pulse wrong?",
-                      out.k, config.scale));
+  tell_findings(drive, m, config, out, {t_start, nav.t(), first_t, travelled}, d);
   if (o.smooth) {
     // Newest first: spooled, then given out forward. History and constants become the smoothed
     // ones.

@@ -28,10 +28,11 @@ void sort_by_time(std::vector<T>& v, const char* what, Diagnostics& d) {
   std::stable_sort(v.begin(), v.end(), [](const T& a, const T& b) { return a.t < b.t; });
 }
 
-void check_sigma(double s, const char* key, const std::string& where) {
-  if (given(s) && !(s > 0))
+void check_sigma(double s, const std::string& where) {
+  if (given(s) && !(s > 0 && s < 1e8))
     throw Error(ErrorKind::kInput,
-                fmt::format("{} must be a positive standard deviation, found {}", key, s), where);
+                fmt::format("expected a positive standard deviation (below 1e8), found {}", s),
+                where);
 }
 
 }  // namespace
@@ -52,13 +53,13 @@ double median(std::vector<double> v) {
 
 DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& o, Diagnostics& d) {
   DriveMeasurements m;
-  check_sigma(drive.fix_std, "errors.position", "fix");
-  check_sigma(drive.fix_velocity_std, "errors.velocity", "fix");
-  check_sigma(drive.heading_std, "errors.heading", "heading");
-  check_sigma(drive.height_std, "errors.height", "height");
+  check_sigma(drive.fix_std, drive.fix.where + ".errors.position");
+  check_sigma(drive.fix_velocity_std, drive.fix.where + ".errors.velocity");
+  check_sigma(drive.heading_std, drive.heading.where + ".errors.heading");
+  check_sigma(drive.height_std, drive.height.where + ".errors.height");
+  check_sigma(drive.velocity_std, drive.velocity.where + ".errors.velocity");
   if (drive.odometer.present) {
     m.ticks = read_odometer(drive, d);
-    sort_by_time(m.ticks, "odometer", d);
     std::vector<double> steps;
     bool negative = false;
     for (std::size_t i = 0; i < m.ticks.size(); ++i) {
@@ -76,22 +77,17 @@ DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& o, 
   }
   if (drive.fix.present && wanted(o, "fixes")) {
     m.fixes = read_fixes(drive, d);
-    sort_by_time(m.fixes, "fix", d);
+    m.fixes_wanted = true;
     std::vector<double> steps, sds;
-    long without = 0;
+    long without = 0, replaced = 0;
     for (std::size_t i = 0; i < m.fixes.size(); ++i) {
       Fix& f = m.fixes[i];
       if (i > 0) steps.push_back(f.t - m.fixes[i - 1].t);
       for (double* s : {&f.std_e, &f.std_n, &f.std_u}) {
-        if (given(*s) && *s < 0)
-          throw Error(
-              ErrorKind::kInput,
-              fmt::format("standard deviation of a fix must be positive, found {} at t = {} s", *s,
-                          f.t),
-              "fix");
         if (!(*s > 0)) {
           if (given(drive.fix_std)) {
             *s = drive.fix_std;
+            replaced += s == &f.std_e;
           } else {
             *s = 5.0;
             without += s == &f.std_e;
@@ -105,6 +101,11 @@ DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& o, 
              fmt::format("{} fixes carry no standard deviation and the section declares none "
                          "(errors.position): 5 m is taken",
                          without));
+    if (replaced > 0)
+      d.warn("no_covariance", "fix",
+             fmt::format("{} fixes carry no standard deviation (none, nan or 0): the section's "
+                         "{:.3g} m is taken",
+                         replaced, drive.fix_std));
     m.sparse_fixes = median(steps) >= 60.0;
   }
   m.all_fixes = m.fixes;
@@ -145,16 +146,13 @@ DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& o, 
   sort_by_time(m.benchmarks, "benchmark", d);
   if (drive.heading.present && wanted(o, "headings")) {
     m.headings = read_headings(drive, d);
-    sort_by_time(m.headings, "heading", d);
   }
   if (drive.height.present && wanted(o, "heights") &&
       (o.vertical.empty() || o.vertical == "external")) {
     m.heights = read_heights(drive, d);
-    sort_by_time(m.heights, "height", d);
   }
   if (drive.velocity.present && wanted(o, "velocity")) {
     m.velocities = read_velocities(drive, d);
-    sort_by_time(m.velocities, "velocity", d);
   }
   return m;
 }
@@ -339,7 +337,7 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
   out.k_std = out.k * std::sqrt((1 - out.explained) / (out.explained * n) + 4e-4);
   out.eps = std::atan2(-ux, uy);
   out.windows = static_cast<int>(rows.size());
-  out.found = out.explained > 0.5 && vv / n > 0.05;
+  out.found = out.explained > 0.5 && uu / n > 0.05;  // of the IMU: any unit of the wheel
   return out;
 }
 
@@ -356,8 +354,11 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
     if (c.found && std::fabs(wrap_pi(c.eps - config.eps_h)) > 25 * deg) {
       d.warn("mounting", "odometer.mounting",
              fmt::format("the IMU's acceleration says that its forward axis stands {:.0f} deg from "
-                         "the vehicle's (declared {:.0f} deg): taken as the start value",
-                         c.eps / deg, config.eps_h / deg));
+                         "the vehicle's (declared {:.0f} deg){}: taken as the start value",
+                         c.eps / deg, config.eps_h / deg,
+                         std::fabs(wrap_pi(c.eps - config.eps_h)) > 150 * deg
+                             ? ", or the wheel counts backward"
+                             : ""));
       config.eps_h = c.eps;
       config.eps_std = 10 * deg;
     }
@@ -366,13 +367,19 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
           {3.6, "km/h read as m/s"},    {1 / 3.6, "m/s read as km/h"},
           {2.23694, "mph read as m/s"}, {1.94384, "knots read as m/s"},
           {1000.0, "mm read as m"},     {100.0, "cm read as m"},
-          {0.01, "m read as cm"},       {0.001, "m read as mm"},
-          {0.3048, "ft read as m"},     {3.28084, "m read as ft"}};
+          {0.01, "m read as cm"},       {0.001, "km read as m, or m as mm"},
+          {3.28084, "ft read as m"},    {0.3048, "m read as ft"}};
       const char* best = "unit or metres per pulse wrong";
       double nearest = 0.2;
       for (const auto& [factor, text] : units)
         if (std::fabs(std::log(c.k / factor)) < nearest)
           nearest = std::fabs(std::log(c.k / factor)), best = text;
+      // One reading after the other: a speed told as a way is its rate times too large.
+      const double per_second =
+          given(m.tick_interval) && m.tick_interval > 0 ? 1 / m.tick_interval : 0.0;
+      if (!m.ticks.front().is_speed && per_second > 1.5 &&
+          std::fabs(std::log(c.k / per_second)) < nearest)
+        best = "a speed declared as a distance";
       d.bad("odometer_unit", "odometer.units",
             fmt::format("the IMU's acceleration says that the odometer shows {:.3g} times the true "
                         "speed ({}?); taken as the start value",
@@ -380,6 +387,7 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
       config.scale_walk *= c.k / config.scale;
       config.scale = c.k;
       config.scale_std = 0.1 * c.k;
+      config.standstill.wheel_quiet *= c.k;  // of what it shows
     } else if (c.found &&
                std::fabs(c.k - config.scale) > 3 * std::hypot(config.scale_std, c.k_std)) {
       d.warn(

@@ -16,7 +16,7 @@ struct DriveMeasurements {
   std::vector<HeightSample> heights;
   std::vector<VelocitySample> velocities;
   double tick_interval = kNone;
-  bool sparse_fixes = false;
+  bool sparse_fixes = false, fixes_wanted = false;
   bool unsigned_wheel = false;
   double mean_speed = 0;  // m/s, of the speed readings in motion
 };

@@ -62,6 +62,9 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
   while (i < m.ticks.size() && m.ticks[i].t <= s.t) ++i;
   SolutionRow last{};
   double last_t = s.t;
+  // The method integrates the inertial unit and nothing else: over a gap it has no answer.
+  std::uint32_t health = 0, standing = 0;
+  long gaps = 0, long_gaps = 0;
   auto use = [&](const OdometerTick& tick) {
     OdometerTick u = tick;
     if (u.is_speed) {  // distance by the trapezoid between stamps
@@ -92,6 +95,8 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
     r.std_n = std::sqrt(std::max(e.weighted.cov[2], 0.0));
     r.frame = FrameId::kGeographic;
     if (e.forced) r.health |= kHealthUncovered;
+    r.health |= health | standing;
+    health = 0;
     last = r;
     last_t = r.t;
     ++out.rows;
@@ -105,13 +110,33 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
       out.history.push_back(e);
   };
   bool more = true;
+  double imu_t = s.t;
   for (; more && sample.t <= o.until; more = reader.next(sample)) {
     if (sample.t <= s.t) continue;
+    const double hole = sample.t - sample.dt - imu_t;
+    if (hole > 2.0 * reader.interval()) {
+      ++gaps;
+      health |= kHealthGap;
+      if (hole > settings.long_gap) ++long_gaps, standing |= kHealthUncovered;
+    }
+    imu_t = sample.t;
     sample.dtheta = R * sample.dtheta;
     sample.dv = R * sample.dv;
     nav.imu(sample);
     for (; i < m.ticks.size() && m.ticks[i].t <= sample.t; ++i) use(m.ticks[i]);
   }
+  if (out.rows == 0)
+    throw Error(ErrorKind::kWork,
+                fmt::format("the drive ends at t = {:.6g} s, before the first second of the wheel "
+                            "after the start at {:.6g} s: no row",
+                            imu_t, s.t),
+                drive.path);
+  if (gaps > 0)
+    d.warn("gap", "imu",
+           fmt::format("{} gaps of the inertial unit, {} of them above {:.0f} s: this method does "
+                       "not bridge them, its sigmas are not to be trusted after them; --mode "
+                       "filter does",
+                       gaps, long_gaps, settings.long_gap));
   out.k = out.last.k * settings.scale;
   out.eps = wrap_pi(out.last.mu + settings.eps_h);
   if (out.forced)

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+// What users hand to the joint filter that is wrong: said, with its place, and what can be used is.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "loxo/text/csv.hpp"
+#include "loxo/text/json.hpp"
+#include "program.hpp"
+
+namespace loxo::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using Rows = std::vector<std::string>;  // the lines of a file, header first
+
+Rows lines_of(const std::string& path) {
+  Rows out;
+  std::istringstream in(slurp(path));
+  for (std::string line; std::getline(in, line);) out.push_back(line);
+  return out;
+}
+std::string cell(const std::string& line, std::size_t i) {
+  std::istringstream in(line);
+  std::string c;
+  for (std::size_t k = 0; k <= i; ++k) std::getline(in, c, ',');
+  return c;
+}
+std::string with_cell(const std::string& line, std::size_t i, const std::string& text) {
+  std::istringstream in(line);
+  std::string c, out;
+  for (std::size_t k = 0; std::getline(in, c, ','); ++k)
+    out += (k > 0 ? "," : "") + (k == i ? text : c);
+  return out;
+}
+std::string times(const std::string& line, std::size_t i, double factor) {
+  std::string text;
+  append_number(text, number(cell(line, i)) * factor);
+  return with_cell(line, i, text);
+}
+
+// A minute at rest, then three of driving with turns: as the simulator writes it, once.
+const std::string& base() {
+  static const std::string made = [] {
+    const std::string toml = scratch_folder() + "/filter_bad.toml",
+                      path = scratch_folder() + "/filter_bad";
+    std::ofstream(toml)
+        << "format = 1\nabout = \"bad\"\n[start]\nlat_deg = 50\nlon_deg = 10\ncourse = \"30 deg\"\n"
+           "[[leg]]\nduration = \"60 s\"\nspeed = \"0 m/s\"\n[[leg]]\nduration = \"12 s\"\n"
+           "speed = \"12 m/s\"\n[[leg]]\nduration = \"12 s\"\nturn = \"70 deg\"\n[[leg]]\nduration "
+           "= \"20 s\"\nspeed = \"5 m/s\"\n[[leg]]\nduration = \"14 s\"\nturn = \"-85 deg\"\n"
+           "[[leg]]\nduration = \"20 s\"\nspeed = \"14 m/s\"\n[[leg]]\nduration = \"42 s\"\n[imu]\n"
+           "rate = \"50 Hz\"\nkind = \"rate\"\ngyro_bias = \"0.01 deg/h\"\ngyro_noise = \"0.002 "
+           "deg/sqrt(h)\"\naccel_bias = \"20 ug\"\naccel_noise = \"10 ug/sqrt(Hz)\"\n[odometer]\n"
+           "k = 1.02\n[fix]\nrate = \"1 Hz\"\nposition = \"2 m\"\n";
+    const Outcome o = run("simulate " + toml + " -o " + path);
+    EXPECT_EQ(o.exit_code, 0) << o.err;
+    return path;
+  }();
+  return made;
+}
+using Spoil = std::function<void(Rows&)>;
+struct Drive {
+  std::string path;
+  explicit Drive(const std::string& name) : path(scratch_folder() + "/filter_bad_" + name) {
+    fs::remove_all(path);
+    fs::copy(base(), path);
+  }
+  Drive& spoil(const std::string& file, const Spoil& how) {
+    Rows rows = lines_of(path + "/" + file);
+    how(rows);
+    std::ofstream out(path + "/" + file);
+    for (const auto& r : rows) out << r << '\n';
+    return *this;
+  }
+  Drive& toml(const std::string& from, const std::string& to) {
+    std::string text = slurp(path + "/drive.toml");
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    if (at != std::string::npos) text.replace(at, from.size(), to);
+    std::ofstream(path + "/drive.toml") << text;
+    return *this;
+  }
+};
+Spoil each(const std::function<std::string(const std::string&)>& f) {
+  return [f](Rows& rows) {
+    for (std::size_t i = 1; i < rows.size(); ++i) rows[i] = f(rows[i]);
+  };
+}
+// Every row by the program: no number missing, exit code and words as wanted. The last row.
+std::string navigated(const Drive& d, int code, const std::vector<std::string>& words,
+                      const std::string& options = "--mode filter") {
+  SCOPED_TRACE(d.path + " " + options);
+  const std::string out = d.path + "/solution.csv";
+  std::ofstream(out) << "an older solution\n";
+  const Outcome o = run("navigate " + d.path + " " + options + " -o " + out);
+  EXPECT_EQ(o.exit_code, code) << o.err.substr(0, 600);
+  for (const auto& w : words)
+    EXPECT_NE(o.err.find(w), std::string::npos) << "'" << w << "' in: " << o.err.substr(0, 900);
+  const std::string text = slurp(out);
+  if (code == 3 || code == 2) {
+    EXPECT_EQ(text, "an older solution\n");
+    return "";
+  }
+  const auto table = columns(text);
+  if (!table.contains("lat_deg")) return "";
+  for (const char* name : {"lat_deg", "std_e_m", "std_n_m", "heading_deg"})
+    for (const auto& x : table.at(name)) EXPECT_TRUE(std::isfinite(number(x))) << name;
+  return text.substr(text.rfind('\n', text.size() - 2) + 1);
+}
+
+TEST(FilterBadInput, RowsOutOfOrderAreSortedAndSaid) {
+  const std::string clean = navigated(Drive("clean"), 0, {});
+  const auto shuffle = [](Rows& rows) {
+    std::mt19937_64 g(3);
+    std::shuffle(rows.begin() + 1, rows.end(), g);
+  };
+  EXPECT_EQ(navigated(Drive("order_fix").spoil("fix.csv", shuffle), 0,
+                      {"fix.csv:", "time goes back in", "sorted by time"}),
+            clean);
+  EXPECT_EQ(navigated(Drive("order_odometer").spoil("odometer.csv", shuffle), 0,
+                      {"odometer.csv:", "time goes back in", "sorted by time"}),
+            clean);
+  const auto twice = [](Rows& rows) { rows.insert(rows.begin() + 9, {rows[5], rows[8]}); };
+  EXPECT_EQ(navigated(Drive("order_twice").spoil("fix.csv", twice), 0,
+                      {"two rows with the stamp 4 s", "sorted by time"}),
+            clean);
+}
+TEST(FilterBadInput, SigmasOfFixes) {
+  const std::string errors = "errors = { position = \"2 m\" }", key = "key fix.errors.position";
+  const auto declared = [&](const std::string& name, const std::string& value) {
+    return Drive("sigma_" + name).toml(errors, "errors = { position = \"" + value + "\" }");
+  };
+  navigated(declared("zero", "0 m"), 3, {"drive.toml:", key, "positive", "found 0"});
+  navigated(declared("negative", "-2 m"), 3, {"drive.toml:", key, "negative"});
+  navigated(declared("nan", "nan m"), 3, {"drive.toml:", key, "not a number"});
+  navigated(declared("huge", "1e300 m"), 3, {"drive.toml:", key, "1e8", "1e+300"});
+  navigated(declared("bare", "2"), 3, {"drive.toml:", key, "no unit"});
+  navigated(declared("wrong", "2 s"), 3, {"drive.toml:", key, "a time"});
+  navigated(declared("tiny", "1e-9 m"), 0, {"fix", "sigma is too small"});
+  const auto column = [&](const std::string& name, const std::string& value) {
+    return Drive("column_" + name)
+        .toml("vu = \"vu_mps\" }\nerrors",
+              "vu = \"vu_mps\", std_e = \"se_m\", std_n = \"sn_m\", std_u = \"su_m\" }\nerrors")
+        .spoil("fix.csv", [&](Rows& rows) {
+          rows[0] += ",se_m,sn_m,su_m";
+          for (std::size_t i = 1; i < rows.size(); ++i)
+            for (int k = 0; k < 3; ++k) rows[i] += i == 80 ? "," + value : ",2";
+        });
+  };
+  navigated(column("negative", "-1"), 3, {"fix.csv:81", "standard deviation", "-1"});
+  for (const char* none : {"0", "nan", ""})
+    navigated(column("none", none), 0, {"1 fixes carry no standard deviation", "2 m is taken"});
+  navigated(column("infinite", "inf"), 0, {"fix.csv:81", "found 'inf'", "row skipped"});
+}
+TEST(FilterBadInput, PositionsThatCannotBe) {
+  navigated(Drive("swapped").spoil("fix.csv", each([](const std::string& r) {
+                                     return with_cell(with_cell(r, 1, cell(r, 2)), 2, cell(r, 1));
+                                   })),
+            3, {"drive.toml:", "fix.columns", "latitude and longitude exchanged"});
+  navigated(Drive("beyond").spoil("fix.csv", [](Rows& r) { r[90] = with_cell(r[90], 1, "100"); }),
+            0, {"fix.csv:91", "latitude beyond 90"});
+  navigated(Drive("null_island")
+                .spoil("fix.csv",
+                       [](Rows& r) {
+                         for (std::size_t i = 100; i < 140; ++i)
+                           r[i] = with_cell(with_cell(r[i], 1, "0"), 2, "0");
+                       }),
+            0, {"40 fixes outside the gate"});
+  navigated(Drive("velocities").spoil("fix.csv", each([](const std::string& r) {
+                                        return with_cell(with_cell(r, 4, cell(r, 5)), 5,
+                                                         cell(r, 4));
+                                      })),
+            0, {"fix_velocity", "contradict the rest"});
+}
+TEST(FilterBadInput, StampsOfAnotherClock) {
+  const auto shifted = [](double factor, double by) {
+    return each([=](const std::string& r) {
+      std::string t;
+      append_number(t, number(cell(r, 0)) * factor + by);
+      return with_cell(r, 0, t);
+    });
+  };
+  navigated(Drive("milliseconds").spoil("fix.csv", shifted(1000, 0)), 0,
+            {"fix", "lie outside the time of the IMU", "unit or origin"});
+  navigated(Drive("epoch").spoil("odometer.csv", shifted(1, 1e9)), 0,
+            {"odometer", "lie outside the time of the IMU"});
+  navigated(Drive("late").spoil("fix.csv", shifted(1, 3)), 0,
+            {"fit only with another stamp", "s late", "fix.delay"});
+  navigated(Drive("after").toml("[start]",
+                                "[[benchmark]]\nname = \"Z\"\nt_s = 1500\nlat_deg = 50\nlon_deg = "
+                                "10\nh_m = 0\nstd = \"0.1 m\"\n[start]"),
+            0, {"benchmark Z", "1500 s lies outside the drive"});
+  navigated(Drive("far").toml("[start]",
+                              "[[benchmark]]\nname = \"Q\"\nt_s = 120\nlat_deg = 50.1\nlon_deg = "
+                              "10\nh_m = 0\nstd = \"0.1 m\"\n[start]"),
+            0, {"benchmark Q", "far from the track", "120.0 s"});
+}
+TEST(FilterBadInput, UnitsOfTheWheelAreFoundFromTheImu) {
+  for (const auto& [factor, text] : {std::pair<double, const char*>{3.6, "km/h read as m/s"},
+                                     {100, "cm read as m"},
+                                     {2.23694, "mph read as m/s"},
+                                     {3.28084, "ft read as m"},
+                                     {0.001, "km read as m"},
+                                     {10.0, "a speed declared as a distance"}}) {
+    const Drive d = Drive("unit").spoil(
+        "odometer.csv", each([f = factor](const std::string& r) { return times(r, 1, f); }));
+    navigated(d, 0, {"odometer.units", text});
+  }
+  navigated(Drive("backward").spoil("odometer.csv", each([](const std::string& r) {
+                                      return times(r, 1, -1);
+                                    })),
+            0, {"odometer.mounting", "the wheel counts backward"});
+}
+TEST(FilterBadInput, SectionsWithoutARow) {
+  const auto header = [](Rows& rows) { rows.resize(1); };
+  navigated(Drive("no_odometer").spoil("odometer.csv", header), 0,
+            {"odometer", "no reading that could be used"});
+  navigated(Drive("no_fix").spoil("fix.csv", header), 0, {"fix", "no reading that could be used"});
+  navigated(Drive("no_imu").spoil("imu.csv", header), 3, {"imu.csv", "no IMU sample"});
+  for (const char* mode : {"filter", "smooth"})
+    navigated(Drive("one").spoil("imu.csv", [](Rows& rows) { rows.resize(2); }), 0,
+              {"the drive moves 0.0 m"}, std::string("--mode ") + mode);
+  Drive one("one_segmented");
+  one.spoil("imu.csv", [](Rows& rows) { rows.resize(2); });
+  navigated(one, 1, {"before the first second", "no row"}, "--mode segmented");
+  EXPECT_EQ(slurp(one.path + "/solution.csv"), "an older solution\n");
+}
+// A long gap: said in the rows of every mode, and the fixes give the heading back.
+TEST(FilterBadInput, AGapOfHalfAMinute) {
+  const auto gap = [](Rows& rows) { rows.erase(rows.begin() + 3700, rows.begin() + 5200); };
+  constexpr std::uint32_t kGap = 1, kUncovered = 512;
+  for (const char* options :
+       {"--mode filter", "--mode smooth", "--mode filter --no-fixes", "--mode segmented"}) {
+    const Drive d = Drive("gap").spoil("imu.csv", gap);
+    navigated(d, 0, {"gap of 30.02 s"}, options);
+    const auto rows = columns(slurp(d.path + "/solution.csv"));
+    std::uint32_t in = 0, last = 0;
+    for (std::size_t i = 0; i < rows.at("t_s").size(); ++i) {
+      const auto health = static_cast<std::uint32_t>(number(rows.at("health")[i]));
+      const double t = number(rows.at("t_s")[i]);
+      if (t < 73.9) {
+        EXPECT_EQ(health & (kGap | kUncovered), 0u) << options << t;
+      }
+      if (t > 74 && t < 104.5) in |= health;
+      last = health;
+    }
+    EXPECT_TRUE(in & (kGap | kUncovered)) << options;
+    const bool fixes = std::string(options).find("--no") == std::string::npos &&
+                       std::string(options).find("segmented") == std::string::npos;
+    EXPECT_EQ((last & kUncovered) != 0, !fixes) << options;
+    if (!fixes) continue;
+    const Outcome o = run("evaluate " + d.path + "/solution.csv --truth " + d.path + " --json");
+    EXPECT_LT(static_cast<double>(parse_json(o.out, "evaluate")["horizontal_end_m"]), 5.0);
+  }
+}
+
+}  // namespace
+}  // namespace loxo::testing
