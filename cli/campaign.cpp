@@ -16,7 +16,7 @@
 #include "loxo/num/error.hpp"
 #include "loxo/report/json_sections.hpp"
 #include "loxo/report/page_html.hpp"
-#include "loxo/study/campaign.hpp"
+#include "loxo/study/campaign_gates.hpp"
 #include "loxo/study/statistics.hpp"
 #include "loxo/text/nearest.hpp"
 
@@ -30,7 +30,7 @@ struct CampaignOptions {
   std::string file, store, against, metric;
   unsigned long long trials = 0, trial = 0;
   int threads = 0, worst = 10;
-  bool list = false;
+  bool list = false, require = false;
 };
 
 CampaignSource source_of(const std::string& file) {
@@ -69,6 +69,35 @@ Json to_json(const Summary& s) {
     j[fmt::format("p{:02.0f}_95", p.at)] = {p.lo, p.hi};
   }
   return j;
+}
+
+Json or_null(double x) { return std::isfinite(x) ? Json(x) : Json(); }
+Json to_json(const GateResult& r) {
+  Json j = {{"name", r.gate.name},
+            {"of", meaning(r.gate)},
+            {"value", or_null(r.value.value)},
+            {"value_95", {or_null(r.value.lo), or_null(r.value.hi)}},
+            {"expected", or_null(r.gate.expected)},
+            {"at_least", or_null(r.gate.at_least)},
+            {"at_most", or_null(r.gate.at_most)}};
+  if (!r.where.empty()) j["at"] = r.where;
+  j["met"] = r.judged ? Json(r.met) : Json();
+  return j;
+}
+std::string number_of(const Json& j) {
+  return j.is_number() ? fmt::format("{:.4g}", j.get<double>()) : std::string("-");
+}
+std::string bound_of(const Json& g) {
+  if (g.at("at_least").is_number()) return ">= " + number_of(g.at("at_least"));
+  if (g.at("at_most").is_number()) return "<= " + number_of(g.at("at_most"));
+  return "-";
+}
+std::string verdict_of(const Json& g) {
+  return g.at("met").is_null() ? "" : g.at("met").get<bool>() ? "met" : "MISSED";
+}
+std::string band_of(const Json& g) {
+  const Json& b = g.at("value_95");
+  return b[0].is_number() ? number_of(b[0]) + " to " + number_of(b[1]) : std::string();
 }
 
 std::string row_of(const Summary& s) {
@@ -202,14 +231,19 @@ std::vector<std::size_t> worst_of(const std::vector<double>& v, std::size_t coun
 // Progress of metrics named X_at_NNN_unit (percent of the way) as a fan over the way.
 void add_fans(report::Section& section, const std::vector<Summary>& list) {
   std::map<std::string, std::vector<std::pair<double, const Summary*>>> fans;
+  std::map<std::string, std::string> units;  // X_at_0120s_…: times, not parts of the way
   for (const auto& s : list)
-    if (const auto at = s.name.rfind("_at_"); at != std::string::npos)
-      fans[s.name.substr(0, at)].push_back({std::atof(s.name.c_str() + at + 4), &s});
+    if (const auto at = s.name.rfind("_at_"); at != std::string::npos) {
+      char* end = nullptr;
+      const double x = std::strtod(s.name.c_str() + at + 4, &end);
+      fans[s.name.substr(0, at)].push_back({x, &s});
+      if (*end == 's') units[s.name.substr(0, at)] = "s";
+    }
   for (auto& [name, points] : fans) {
     std::sort(points.begin(), points.end());
     report::Fan fan;
     fan.title = name + " over the drive";
-    fan.x = {"part of the drive", "%"};
+    fan.x = {units.contains(name) ? "time" : "part of the drive", units.contains(name) ? "s" : "%"};
     fan.y = {name, ""};
     for (const double percent : {5.0, 25.0, 50.0, 75.0, 95.0})
       fan.percentiles.push_back({percent, {}});
@@ -337,6 +371,22 @@ report::Page page_of(const std::string& path, const Store& store, const std::vec
   page.sections.push_back(std::move(metrics));
   if (result.contains("against")) page.sections.push_back(comparison(result["against"]));
 
+  if (result.contains("gates")) {
+    report::Section gates{"Gates", {}, ""};
+    report::Table g;
+    g.title = "What was to be reached";
+    for (const char* title : {"", "found", "95 %", "expected", "gate", "", "statistic"})
+      g.columns.push_back({title, ""});
+    for (const auto& j : result.at("gates"))
+      g.rows.push_back(
+          {{j.at("name").get<std::string>(), number_of(j.at("value")), band_of(j),
+            number_of(j.at("expected")), bound_of(j), verdict_of(j), j.at("of").get<std::string>()},
+           false,
+           ""});
+    gates.blocks.emplace_back(std::move(g));
+    page.sections.push_back(std::move(gates));
+  }
+
   report::Section matter{"What matters", {}, ""};
   for (const auto& [metric, influences] : result.at("sensitivity").items()) {
     report::Table t;
@@ -396,6 +446,12 @@ Json result_of(const CampaignOptions& o, const Store& store, bool running,
   constexpr std::uint64_t kRanked = 200'000;
   const std::uint64_t thin =
       std::max<std::uint64_t>(stride, (store.trials() + kRanked - 1) / kRanked);
+  if (const auto gates = gates_of(id); !gates.empty()) {
+    result["gates"] = Json::array();
+    for (const auto& g :
+         judge(gates, metrics, [&](const std::string& m) { return store.column(m, stride); }))
+      result["gates"].push_back(to_json(g));
+  }
   result["sensitivity"] = Json::object();
   std::vector<std::pair<std::string, std::vector<double>>> varied;
   for (const auto& p : parameters) {
@@ -473,15 +529,37 @@ int report_command(const Globals& globals, const CampaignOptions& o) {
   Json result = result_of(o, store, running, list);
   if (!globals.output.empty())
     report::write_page(page_of(o.store, store, list, result), globals.output);
+  std::string missed;
+  if (o.require) {
+    if (!result.contains("gates"))
+      throw Error(ErrorKind::kInput, "the campaign's file has no [[gate]]; expected one or more",
+                  o.store);
+    for (const auto& g : result["gates"])
+      if (verdict_of(g) == "MISSED")
+        missed += fmt::format("{}{}: {}, required {}", missed.empty() ? "" : "; ",
+                              g["name"].get<std::string>(), number_of(g["value"]), bound_of(g));
+  }
+  const auto verdict = [&] {
+    if (!missed.empty()) throw Error(ErrorKind::kRequirement, missed, "gate missed");
+    return 0;
+  };
   if (globals.json) {
     print_json(result);
-    return 0;
+    return verdict();
   }
   say(globals, fmt::format("{}: {} trials{}, kind {}, seed {}, {} with something not computed",
                            id.name, store.trials(), running ? " so far" : "", id.kind, id.seed,
                            result["bad_trials"].get<long long>()));
   say(globals, heading());
   say_rows(globals, list);
+  if (result.contains("gates")) {
+    say(globals, fmt::format("\n  {:<52} {:>10} {:>22} {:>10} {:>10}", "gate", "found", "95 %",
+                             "expected", "required"));
+    for (const auto& g : result["gates"])
+      say(globals, fmt::format("  {:<52} {:>10} {:>22} {:>10} {:>10} {}",
+                               g["name"].get<std::string>(), number_of(g["value"]), band_of(g),
+                               number_of(g["expected"]), bound_of(g), verdict_of(g)));
+  }
   const auto metric = result["worst_metric"].get<std::string>();
   if (!result["sensitivity"][metric].empty()) {
     say(globals,
@@ -505,7 +583,7 @@ int report_command(const Globals& globals, const CampaignOptions& o) {
     say(globals, fmt::format("  {:>12.5g}  {}",
                              w["value"].is_number() ? w["value"].get<double>() : std::nan(""),
                              w["replay"].get<std::string>()));
-  return 0;
+  return verdict();
 }
 
 int replay_command(const Globals& globals, const CampaignOptions& o) {
@@ -586,6 +664,7 @@ void add_campaign(CLI::App& app, Globals& globals) {
   sub->add_option("--against", o->against, "another store to compare with");
   sub->add_option("--metric", o->metric, "whose worst trials are listed (default: the first)");
   sub->add_option("--worst", o->worst, "how many of them");
+  sub->add_flag("--require", o->require, "exit 4 where a [[gate]] of the campaign is missed");
   sub = add_subcommand(*campaign, globals, "replay", "one trial again, alone",
                        "loxo campaign replay legs.sqlite --trial 4711",
                        [o, &globals]() -> int { return replay_command(globals, *o); });

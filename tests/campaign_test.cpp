@@ -279,6 +279,41 @@ TEST(CampaignRun, ReportReplayAndComparison) {
   EXPECT_NE(compared.out.find("\"paired\": true"), std::string::npos);
 }
 
+TEST(CampaignRun, GatesAreJudgedAndRequired) {
+  const std::string file = scratch_folder() + "/gates.toml", store = scratch_folder() + "/gates";
+  const auto write = [&](const char* gate) {
+    std::ofstream(file) << "kind = \"two_point\"\ntrials = 256\nseed = 5\n" << gate;
+  };
+  // The mean of a normalised error squared is 2; half of that it cannot be.
+  write(
+      "[[gate]]\nname = \"consistency\"\nmetric = \"nees\"\nstatistic = \"mean\"\nexpected = "
+      "2\nat_most = 1\n");
+  ASSERT_EQ(run("campaign run " + file + " --quiet -o " + store).exit_code, 0);
+  auto r = run("campaign report " + store);
+  EXPECT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_NE(r.out.find("consistency"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("<= 1 MISSED"), std::string::npos) << r.out;
+  r = run("campaign report " + store + " --require --json");
+  EXPECT_EQ(r.exit_code, 4);
+  EXPECT_NE(r.err.find("consistency"), std::string::npos) << r.err;
+  EXPECT_NE(r.out.find("\"met\": false"), std::string::npos) << r.out;
+  std::filesystem::remove(store);
+  write("[[gate]]\nmetric = \"nees\"\nstatistic = \"mean\"\nat_most = 4\n");
+  ASSERT_EQ(run("campaign run " + file + " --quiet -o " + store).exit_code, 0);
+  EXPECT_EQ(run("campaign report " + store + " --require").exit_code, 0);
+  std::filesystem::remove(store);
+  write("");
+  ASSERT_EQ(run("campaign run " + file + " --quiet -o " + store).exit_code, 0);
+  r = run("campaign report " + store + " --require");
+  EXPECT_EQ(r.exit_code, 3);
+  EXPECT_NE(r.err.find("[[gate]]"), std::string::npos) << r.err;
+  write("[[gate]]\nmetric = \"ness\"\n");
+  r = run("campaign run " + file + " -o " + scratch_folder() + "/none");
+  EXPECT_EQ(r.exit_code, 3);
+  EXPECT_NE(r.err.find("gates.toml:5"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("did you mean 'nees'"), std::string::npos) << r.err;
+}
+
 TEST(CampaignRun, BadInputIsNamed) {
   const auto refused = [](const std::string& arguments, int code, const std::string& words) {
     const auto r = run("campaign " + arguments);

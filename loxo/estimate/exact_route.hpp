@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A truth for this room's tests and the acceptance drive: a drive on level ground whose increments
+// A truth for this room's tests: a drive on level ground whose increments
 // the non-linear ECEF mechanization turns back into it exactly, so that what a filter then shows is
 // its own.
 #pragma once

@@ -161,6 +161,10 @@ TEST(Segmented, EveryConditionOfTheSwitchRuleHoldsItBack) {
   c = config_of();
   c.sd_limit = 2.5e-4;
   EXPECT_GT(run(c).t, base.t + 5);
+  c.scale_std = 1e-9;  // known: the angle alone holds it back …
+  EXPECT_GT(run(c).t, base.t + 5);
+  c.scale_std = 0.05, c.mounting_std = 1e-9;  // … and the scale
+  EXPECT_GT(run(c).t, base.t + 5);
   const auto forced = [&](const SegmentedConfig& s) {
     const Found f = run(s);
     EXPECT_TRUE(f.forced);

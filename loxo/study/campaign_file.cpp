@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "loxo/num/error.hpp"
-#include "loxo/study/campaign.hpp"
+#include "loxo/study/campaign_gates.hpp"
 #include "loxo/text/nearest.hpp"
 
 namespace loxo {
@@ -195,6 +195,9 @@ Campaign read_campaign(const CampaignSource& source, const std::string& version)
   }
   for (const auto& m : c.kind->metrics()) id.columns.push_back({m.name, false, m.meaning});
   if (const auto stop = table.get_table("stop")) c.stop = read_stop(*stop, c.kind->metrics());
+  std::vector<std::string> metrics;
+  for (const auto& m : c.kind->metrics()) metrics.push_back(m.name);
+  read_gates(table, metrics, !source.sets.empty());  // refused now, not when the campaign is over
   table.refuse_unknown();
   id.version = version;
   id.source = source.text;
