@@ -53,9 +53,9 @@ NavigatorConfig config_of(const VehicleErrors& e, double dt) {
 }
 
 struct Means {
-  std::vector<double> t;
   std::vector<Nees> mean;                         // over runs, at each epoch
   double k2 = 0, eps2 = 0, tau2 = 0, lever2 = 0;  // constants at the end, mean square in sigmas
+  double k1 = 0;                                  // the scale's mean error at the end, in sigmas
 };
 Means run(const RouteTruth& route, const VehicleErrors& e, int runs, std::uint64_t seed) {
   Means out;
@@ -71,7 +71,7 @@ Means run(const RouteTruth& route, const VehicleErrors& e, int runs, std::uint64
       nav.imu(vehicle.imu());
       if (++sample % every != 0) continue;
       const Nees x = nees_of(nav.state(), nav.covariance(), vehicle.truth());
-      if (n == out.mean.size()) out.mean.emplace_back(), out.t.push_back(vehicle.t());
+      if (n == out.mean.size()) out.mean.emplace_back();
       Nees& y = out.mean[n++];
       y.attitude += x.attitude / runs, y.velocity += x.velocity / runs;
       y.position += x.position / runs, y.nine += x.nine / runs, y.fifteen += x.fifteen / runs;
@@ -81,6 +81,7 @@ Means run(const RouteTruth& route, const VehicleErrors& e, int runs, std::uint64
       return error * error / nav.covariance().p[i][i] / runs;
     };
     out.k2 += square(s.scale - truth.scale, kScale);
+    out.k1 += (s.scale - truth.scale) / std::sqrt(nav.covariance().p[kScale][kScale]) / runs;
     out.eps2 += square(s.eps_h - truth.eps_h, kEpsH);
     if (e.tau_std > 0) out.tau2 += square(s.tau - truth.tau, kTau);
     if (e.lever_std > 0) out.lever2 += square(s.lever.y - truth.lever.y, kLever + 1);
@@ -88,13 +89,12 @@ Means run(const RouteTruth& route, const VehicleErrors& e, int runs, std::uint64
   return out;
 }
 
-// Share of epochs up to a time whose mean lies inside the 95 % band.
-double inside(const Means& m, double Nees::*what, double dof, int runs, double until) {
+// Share of epochs whose mean lies inside the 95 % band.
+double inside(const Means& m, double Nees::*what, double dof, int runs) {
   const Band band = chi_square_band(dof, runs);
-  int n = 0, all = 0;
-  for (std::size_t i = 0; i < m.mean.size() && m.t[i] < until + 0.1; ++i, ++all)
-    n += m.mean[i].*what > band.low && m.mean[i].*what < band.high;
-  return n / static_cast<double>(all);
+  int n = 0;
+  for (const Nees& x : m.mean) n += x.*what > band.low && x.*what < band.high;
+  return n / static_cast<double>(m.mean.size());
 }
 double overall(const Means& m, double Nees::*what) {
   double sum = 0;
@@ -102,68 +102,67 @@ double overall(const Means& m, double Nees::*what) {
   return sum;
 }
 
-// What each route is held to. 93 % of epochs inside is asked everywhere up to 400 s; after that the
-// scale's error drifts where the road stays straight (docs/navigate-filter.md), and the shares over
-// all 660 s are a known shortfall, written here as measured (84, 73; 89, 75 %; k 1.7) less a few
-// epochs, so that it cannot grow unseen. An improvement raises them.
-constexpr double kWanted = 0.93, kWantedUntil = 400;
-struct Held {
-  const char* route;
-  double nine, fifteen;  // share of epochs inside, whole length
-  double k2;             // the scale's mean square at the end, in sigmas; 0: its band
-};
-constexpr Held kHeld[] = {
-    {"straight", 0.80, 0.69, 2.0}, {"mixed", kWanted, kWanted, 0}, {"closed", 0.85, 0.71, 0}};
+// What every route is held to, in the mean of three campaigns of 200 runs: a run's errors last from
+// epoch to epoch, so the share of a single campaign scatters however true the covariance is (83 to
+// 100 % seen where 1500 runs leave their own, narrower band nowhere).
+constexpr double kWanted = 0.93;
 
 // The defaults of the program, its robust weights too. [EST-3] to [EST-12], [EST-14]
 TEST(FilterConsistency, NeesIsInItsBandOnEveryRoute) {
   const bool all = std::getenv("LOXO_LONG") != nullptr;
   const char* given = std::getenv("LOXO_TEST_SEED");
   const std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 1;
-  const int runs = all ? 200 : 20;
+  const int runs = all ? 200 : 20, campaigns = all ? 3 : 1;
   const double length = all ? 660 : 120;
   std::printf("seed %llu, %d runs a route, %.0f s\n", static_cast<unsigned long long>(seed), runs,
               length);
+  struct Block {
+    const char* name;
+    double Nees::*what;
+    double dof;
+  };
+  constexpr Block kBlocks[] = {{"attitude", &Nees::attitude, 3},
+                               {"velocity", &Nees::velocity, 3},
+                               {"position", &Nees::position, 3},
+                               {"nine", &Nees::nine, 9},
+                               {"fifteen", &Nees::fifteen, 15}};
   for (const bool fixes : {false, true}) {
     VehicleErrors e = tactical();
     if (fixes) e.fix_every = 30;
-    for (const Held& held : kHeld) {
-      const char* name = held.route;
+    for (const char* name : {"straight", "mixed", "closed"}) {
       const std::string route = name;
       if (fixes && route != "mixed") continue;
       if (!all && route == "closed") continue;  // its first turn comes later
-      const Means m = run(route_truth(acceptance_route(name, length), 50), e, runs, seed);
-      struct Block {
-        const char* name;
-        double Nees::*what;
-        double dof;
-      };
-      std::printf("%-8s%s", name, fixes ? " with fixes" : "");
-      for (const Block& b :
-           {Block{"attitude", &Nees::attitude, 3}, Block{"velocity", &Nees::velocity, 3},
-            Block{"position", &Nees::position, 3}, Block{"nine", &Nees::nine, 9},
-            Block{"fifteen", &Nees::fifteen, 15}}) {
-        const double mean = overall(m, b.what), share = inside(m, b.what, b.dof, runs, length),
-                     early = inside(m, b.what, b.dof, runs, kWantedUntil);
-        std::printf("  %s %.2f (%.0f, %.0f %%)", b.name, mean, 100 * early, 100 * share);
-        // A run's constants are common to its epochs: the mean over all of them scatters at most as
-        // one epoch's does. A band that a true covariance leaves once in 10^6 draws.
-        const Band band = chi_square_band(b.dof, runs, 1 - 1e-6);
-        EXPECT_GT(mean, band.low) << name << ' ' << b.name;
-        EXPECT_LT(mean, band.high) << name << ' ' << b.name;
-        if (all && b.dof > 3) {
-          EXPECT_GE(early, kWanted) << name << ' ' << b.name;
-          EXPECT_GE(share, b.dof > 9 ? held.fifteen : held.nine) << name << ' ' << b.name;
+      const RouteTruth truth = route_truth(acceptance_route(name, length), 50);
+      double share[5]{};
+      for (int campaign = 0; campaign < campaigns; ++campaign) {
+        const Means m = run(truth, e, runs, seed + static_cast<std::uint64_t>(campaign));
+        std::printf("%-8s%s", name, fixes ? " with fixes" : "");
+        double* sum = share;
+        for (const Block& b : kBlocks) {
+          const double mean = overall(m, b.what), part = inside(m, b.what, b.dof, runs);
+          *sum++ += part / campaigns;
+          std::printf("  %s %.2f (%.0f %%)", b.name, mean, 100 * part);
+          // A run's constants are common to its epochs: the mean over all of them scatters at most
+          // as one epoch's does. A band that a true covariance leaves once in 10^6 draws.
+          const Band band = chi_square_band(b.dof, runs, 1 - 1e-6);
+          EXPECT_GT(mean, band.low) << name << ' ' << b.name;
+          EXPECT_LT(mean, band.high) << name << ' ' << b.name;
         }
+        std::printf("  k %.2f (%+.2f) eps %.2f tau %.2f lever %.2f\n", m.k2, m.k1, m.eps2, m.tau2,
+                    m.lever2);
+        const Band one = chi_square_band(1, runs, 1 - 1e-6);
+        for (double x : {m.k2, m.eps2, m.tau2, m.lever2}) {
+          EXPECT_GT(x, one.low) << name;
+          EXPECT_LT(x, one.high) << name;
+        }
+        // The scale's mean: normal with 1/sqrt(runs), 4.9 of it once in 10^6 draws.
+        EXPECT_LT(std::fabs(m.k1), 4.9 / std::sqrt(runs)) << name;
       }
-      std::printf("  k %.2f eps %.2f tau %.2f lever %.2f\n", m.k2, m.eps2, m.tau2, m.lever2);
-      const Band one = chi_square_band(1, runs, 1 - 1e-6);
-      EXPECT_LT(m.k2, all && held.k2 > 0 ? held.k2 : one.high) << name;
-      for (double x : {m.eps2, m.tau2, m.lever2}) {
-        EXPECT_GT(x, one.low) << name;
-        EXPECT_LT(x, one.high) << name;
+      if (all) {
+        EXPECT_GE(share[3], kWanted) << name << " nine";
+        EXPECT_GE(share[4], kWanted) << name << " fifteen";
       }
-      EXPECT_GT(m.k2, one.low) << name;
     }
   }
 }
