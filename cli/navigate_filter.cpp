@@ -117,7 +117,14 @@ Json json_of(const FilterResult& r, const NavigateOptions& o, const Diagnostics&
     }
   Json& g = j["segments"] = Json::array();
   for (const SegmentRow& e : r.segments)
-    g.push_back({{"begin_s", e.begin}, {"end_s", e.end}, {"trusted", e.trusted}, {"why", e.why}});
+    g.push_back({{"begin_s", e.begin},
+                 {"end_s", e.end},
+                 {"trusted", e.trusted},
+                 {"why", e.why},
+                 {"fixes", e.fixes},
+                 {"wheel_readings", e.wheel},
+                 {"wheel_left_out", e.wheel_left_out},
+                 {"radius_95_m", e.radius}});
   Json& h = j["history"] = Json::array();
   for (const ConstantsRow& e : r.history)
     h.push_back({{"t_s", e.t},

@@ -16,6 +16,13 @@ std::vector<double> column(const Json& rows, const char* key) {
   return out;
 }
 
+// To so many digits: a table is read, not computed with.
+double rounded(double x, int digits) {
+  if (!std::isfinite(x) || x == 0) return x;
+  const double unit = std::pow(10.0, std::floor(std::log10(std::fabs(x))) - digits + 1);
+  return std::round(x / unit) * unit;
+}
+
 Table constants_table(const Json& constants) {
   Table t;
   t.title = "Constants at the end";
@@ -49,11 +56,12 @@ Table innovations_table(const Json& innovations) {
                           : nis > high ? "wider than stated"
                                        : "as stated";
     if (coloured) verdict += ", coloured";
-    t.rows.push_back({{Cell(with_spaces(name)), Cell(number(s, "used")),
-                       Cell(number(s, "deweighted")), Cell(number(s, "rejected")), Cell(nis),
-                       Cell(format_number(low) + " … " + format_number(high)),
-                       Cell(100 * number(s, "nis_above_95")), Cell(lag),
-                       Cell(verdict, nis > high ? Verdict::kBad : Verdict::kNone)}});
+    t.rows.push_back(
+        {{Cell(with_spaces(name)), Cell(number(s, "used")), Cell(number(s, "deweighted")),
+          Cell(number(s, "rejected")), Cell(rounded(nis, 3)),
+          Cell(format_number(low, kNoValue, 3) + " … " + format_number(high, kNoValue, 3)),
+          Cell(rounded(100 * number(s, "nis_above_95"), 2)), Cell(rounded(lag, 2)),
+          Cell(verdict, nis > high ? Verdict::kBad : Verdict::kNone)}});
   }
   return t;
 }
@@ -78,10 +86,20 @@ Section filter_section(const Json& json, const std::string& name) {
     Table t;
     t.title = "Which source was trusted, and why";
     t.columns = {{"from", "s"}, {"to", "s"}, {"length", "s"}, {"trusted", ""}, {"why", ""}};
+    // What a result of an older program, or of a drive without wheel, does not say is not shown.
+    const bool more = !it->empty() && it->front().contains("radius_95_m");
+    if (more)
+      for (const Column& c :
+           {Column{"fixes", ""}, Column{"wheel", "readings"}, Column{"left out", "readings"},
+            Column{"95 % radius", "m, at its end"}})
+        t.columns.push_back(c);
     for (const auto& s : *it) {
       const double a = number(s, "begin_s"), b = number(s, "end_s");
-      t.rows.push_back(
-          {{Cell(a), Cell(b), Cell(b - a), Cell(words(s, "trusted")), Cell(words(s, "why"))}});
+      t.rows.push_back({{Cell(rounded(a, 5)), Cell(rounded(b, 5)), Cell(rounded(b - a, 4)),
+                         Cell(words(s, "trusted")), Cell(words(s, "why"))}});
+      if (more)
+        for (const char* key : {"fixes", "wheel_readings", "wheel_left_out", "radius_95_m"})
+          t.rows.back().cells.emplace_back(rounded(number(s, key), 3 + (*key != 'r')));
       if (words(s, "trusted") != "odometer") spans.push_back({a, b, words(s, "trusted")});
     }
     section.blocks.emplace_back(std::move(t));
@@ -113,8 +131,22 @@ Section filter_section(const Json& json, const std::string& name) {
       Series f;
       f.title = s.title;
       f.caption = "The band is two sigma.";
+      // What the second half of the drive knows, drawn large: the start's band may be a hundred
+      // times as wide.
+      double low = kNoValue, high = kNoValue, widest = 0;
+      for (std::size_t i = 0; i < y.size(); ++i) {
+        widest = std::fmax(widest, c.hi[i] - c.lo[i]);
+        if (2 * i < y.size()) continue;
+        low = std::fmin(low, c.lo[i]), high = std::fmax(high, c.hi[i]);
+      }
+      if (widest > 6 * (high - low)) {
+        f.y.lo = low - (high - low), f.y.hi = high + (high - low);
+        f.caption += " At the start it reaches beyond the picture: ± " +
+                     format_number(widest / 2, kNoValue, 2) +
+                     (*s.unit ? std::string(" ") + s.unit : std::string()) + ".";
+      }
       f.x = {"time", "s"};
-      f.y = {s.title, s.unit};
+      f.y.label = s.title, f.y.unit = s.unit;
       f.at = at;
       f.curves.push_back(std::move(c));
       f.sync = "filter";

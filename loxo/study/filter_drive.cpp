@@ -48,6 +48,79 @@ class FrameChoice {
   FrameId frame_;
 };
 
+// Which source holds the solution, stretch by stretch: what most of a stretch was.
+class Trust {
+ public:
+  explicit Trust(double begin) : at_(begin) { row_.begin = begin; }
+  // After each IMU sample: its components make one fix.
+  void sample(const Navigator& nav) {
+    const InnovationCount& f = nav.innovations(Sensor::kFix);
+    fixes_ += f.used + f.deweighted > components_;
+    components_ = f.used + f.deweighted;
+  }
+  void stretch(const Navigator& nav) {
+    const double length = nav.t() - at_;
+    if (!(length > 0)) return;
+    const Seen now = seen(nav);
+    const NavigatorConfig& c = nav.config();
+    const long wheel = now.wheel - seen_.wheel, out = now.out - seen_.out;
+    std::string trusted, why;
+    const double rest = now.standing - seen_.standing;
+    if (rest >= 0.5 * length || (rest > 0 && wheel == 0))
+      trusted = "standing", why = "IMU, wheel and filter agree";
+    else if (now.fixes > seen_.fixes)
+      trusted = "fixes", why = "position fixes accepted";
+    else if (now.dead - seen_.dead >= 0.5 * length)
+      trusted = "ins", why = "the wheel is silent while the IMU moves";
+    else if (out > wheel)
+      trusted = "ins", why = "wheel readings outside the gate";
+    else if (c.use_odometer && wheel > 0)
+      trusted = "odometer", why = "no fix; wheel and IMU agree";
+    else if (c.use_odometer)
+      trusted = "ins", why = "no fix; the wheel says nothing";
+    else
+      trusted = c.use_nhc ? "constraint" : "ins", why = "no wheel, no fix";
+    if (trusted != row_.trusted || why != row_.why) {
+      close(at_);
+      row_ = {at_, 0, trusted, why};
+    }
+    row_.fixes += now.fixes - seen_.fixes;
+    row_.wheel += wheel;
+    row_.wheel_left_out += out;
+    const SolutionRow r = nav.row(FrameId::kEcef);
+    // Two normals: -2 ln 0.05 times the mean variance, exact for a circle.
+    row_.radius = std::sqrt(-2 * std::log(0.05) * (r.std_e * r.std_e + r.std_n * r.std_n) / 2);
+    seen_ = now;
+    at_ = nav.t();
+  }
+  std::vector<SegmentRow> end(const Navigator& nav) {
+    stretch(nav);
+    close(at_);
+    return std::move(rows_);
+  }
+
+ private:
+  struct Seen {
+    double standing = 0, dead = 0;
+    long fixes = 0, wheel = 0, out = 0;
+  };
+  Seen seen(const Navigator& nav) const {
+    const InnovationCount& w = nav.innovations(Sensor::kOdometer);
+    return {nav.events().standing, nav.events().dead_encoder, fixes_, w.used + w.deweighted,
+            w.rejected};
+  }
+  void close(double t) {
+    if (row_.trusted.empty()) return;
+    row_.end = t;
+    rows_.push_back(row_);
+  }
+  double at_;
+  long fixes_ = 0, components_ = 0;
+  Seen seen_;
+  SegmentRow row_;
+  std::vector<SegmentRow> rows_;
+};
+
 ConstantsRow constants_row(const NominalState& s, const Covariance<kStates>& P) {
   auto sd = [&](int i) { return std::sqrt(std::max(0.0, P.p[i][i])); };
   return {s.t,   s.scale,  sd(kScale), s.eps_h,     sd(kEpsH), s.eps_p,    sd(kEpsP),
@@ -190,9 +263,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   double next_history = t_start, next_progress = t_start;
   std::uint32_t carried = 0;
   std::array<std::pair<long, double>, static_cast<std::size_t>(Sensor::kCount)> nis_before{};
-  std::string trusted, why;
-  double segment_begin = t_start, last_fix_used = -1e300;
-  long fixes_seen = 0;
+  Trust trust(t_start);
   double travelled = 0;
   bool more = true;
   for (; more && sample.t <= o.until; more = reader->next(sample)) {
@@ -226,11 +297,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
       out.diverged_t = nav.t();
       break;
     }
-    const InnovationCount& fc = nav.innovations(Sensor::kFix);
-    if (fc.used + fc.deweighted > fixes_seen) {
-      fixes_seen = fc.used + fc.deweighted;
-      last_fix_used = nav.t();
-    }
+    trust.sample(nav);
     if (o.output_period > 0) {
       while (next_row <= nav.t() + 1e-9) {
         if (!o.smooth) {
@@ -261,30 +328,14 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
         nis_before[i] = {nis_before[i].first + count, c.nis_sum};
       }
       if (out.history.size() > 1) out.innovations.push_back(n);
-      std::string now, reason;
-      if (nav.standing() == Standing::kStanding)
-        now = "standing", reason = "IMU, wheel and filter agree";
-      else if (nav.t() - last_fix_used < 10.0)
-        now = "fixes", reason = "position fixes accepted";
-      else if (nav.standing() == Standing::kDeadEncoder)
-        now = "ins", reason = "the wheel is silent while the IMU moves";
-      else if (nav.health() & kHealthSlip)
-        now = "ins", reason = "wheel readings outside the gate";
-      else if (config.use_odometer)
-        now = "odometer", reason = "no fix; wheel and IMU agree";
-      else
-        now = config.use_nhc ? "constraint" : "ins", reason = "no wheel, no fix";
-      if (now != trusted) {
-        if (!trusted.empty()) out.segments.push_back({segment_begin, nav.t(), trusted, why});
-        trusted = now, why = reason, segment_begin = nav.t();
-      }
+      trust.stretch(nav);
     }
     if (o.progress && nav.t() >= next_progress) {
       o.progress(nav.t());
       next_progress += 5.0;
     }
   }
-  if (!trusted.empty()) out.segments.push_back({segment_begin, nav.t(), trusted, why});
+  out.segments = trust.end(nav);
   out.duration = nav.t() - t_start;
   out.diverged = out.diverged || (nav.health() & kHealthDiverged) != 0;
   if (out.diverged && !given(out.diverged_t)) out.diverged_t = nav.t();

@@ -72,10 +72,13 @@ struct InnovationRow {
   double t = 0;
   std::array<double, static_cast<std::size_t>(Sensor::kCount)> nis{};
 };
-// Which source held the solution over a stretch, and why.
+// Which source held the solution over a stretch, and why; what was used of fixes and wheel in it,
+// and the horizontal 95 % radius that the filter had at its end.
 struct SegmentRow {
   double begin = 0, end = 0;
   std::string trusted, why;
+  long fixes = 0, wheel = 0, wheel_left_out = 0;
+  double radius = 0;  // m
 };
 
 struct FilterResult {

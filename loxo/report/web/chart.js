@@ -247,20 +247,23 @@ function drawSpans(c, spans) {
 }
 function nameSpans(c, spans) {
   const { ctx } = c;
-  const { left, top, width, height } = c.bbox, d = devicePixelRatio;
+  const { left, top, width } = c.bbox, d = devicePixelRatio;
   for (const s of spans) {
     const a = Math.max(left, c.valToPos(s.from, 'x', true)), b = Math.min(left + width, c.valToPos(s.to, 'x', true));
-    if (!s.label || !(b - a > 20 * d)) continue;
+    // A name that does not fit is left out: half a word says less than none.
+    if (!s.label || a + 8 * d + nameWidth(ctx, s.label) > b) continue;
     ctx.save();
-    ctx.beginPath();
-    ctx.rect(a, top, b - a, height);
-    ctx.clip();
     label(ctx, s.label, a + 4 * d, top + 4 * d, 'left', 'top');
     ctx.restore();
   }
 }
+const labelFont = () => `${11 * devicePixelRatio}px ui-sans-serif, system-ui, sans-serif`;
+function nameWidth(ctx, text) {
+  ctx.font = labelFont();
+  return ctx.measureText(text).width;
+}
 function label(ctx, text, x, y, align, baseline) {
-  ctx.font = `${11 * devicePixelRatio}px ui-sans-serif, system-ui, sans-serif`;
+  ctx.font = labelFont();
   ctx.textAlign = align;
   ctx.textBaseline = baseline;
   ctx.lineWidth = 3 * devicePixelRatio;
