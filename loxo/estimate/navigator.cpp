@@ -730,6 +730,10 @@ void Navigator::judge_odometer(const Weighed& w, double y, double t) {
     ++events_.lock_recoveries;
     standing_health_ |= kHealthSlip | kHealthUncovered;
     for (int i = 0; i < 6; ++i) P_.p[i][i] *= 2.0;
+    // A wheel that reads otherwise for good has another scale: opened as of an unknown one, and
+    // further, so that it takes the blame before the velocity does.
+    double& k = P_.p[kScale][kScale];
+    if (k > 0) k = max(2.0 * k, config_.scale_std * config_.scale_std);
     if (t - rejected_since_ > 60.0 && standing_ != Standing::kDeadEncoder)
       standing_health_ |= kHealthDiverged;
   }

@@ -43,6 +43,7 @@ struct Faults {
   double dead_begin = 1e9, dead_end = 1e9;
   double gap_begin = 1e9, gap_end = 1e9;
   int outliers = 0;
+  double fix_shift = 100;  // m east, of an outlier
   double wrong_stamp_t = 1e9;
   double late_t = 1e9, late_by = 0;  // one true fix given that long after its time
   double fix_every = 0, fix_until = 1e9;
@@ -151,7 +152,7 @@ Trace run(const ExactRoute& route, unsigned seed, const Faults& f = {},
                                                    : i);  // two seconds old
       Vec<Ecef> e = relabel<Ecef>(three(3.0));
       if (outliers > 0 && u.t > 200) {
-        e = e + transpose(C) * Vec<Geographic>{100, 0, 0};
+        e = e + transpose(C) * Vec<Geographic>{f.fix_shift, 0, 0};
         --outliers;
       }
       const Geodetic<double> p = to_geodetic(wgs84(), route.r[at] + e);
@@ -323,6 +324,60 @@ TEST(Navigator, LateFixIsUsedOrRefused) {
     else
       EXPECT_EQ(t.end_error, without.end_error);
   }
+}
+// Section 1.7: rejection must end. The wheel reads half as much again from 150 s on, for good:
+// after lock_time without a second witness the filter opens itself, says so, and takes the wheel
+// again.
+TEST(Navigator, RejectionEnds) {
+  const ExactRoute route = route_of(kMixed, 400);
+  for (const double more : {0.1, 0.5}) {
+    Faults f;
+    f.slip_begin = 150, f.slip_end = 1e9, f.slip = more;
+    const Trace t = run(route, base_seed(), f);
+    std::printf(
+        "lock, +%.0f %%: opened %ld times, %.0f out, k %.4f +- %.4f, end error %.0f m, sigma %.0f "
+        "m\n",
+        100 * more, t.events.lock_recoveries, t.events.slip, t.k, t.k_std, t.end_error,
+        t.sigma.back());
+    EXPECT_TRUE(t.inside);
+    EXPECT_GT(t.events.lock_recoveries, 0);
+    // One reading a second; not for lock_time, and not much longer: P doubles each second.
+    EXPECT_GE(t.events.slip, NavigatorConfig{}.lock_time - 1);
+    EXPECT_LT(t.events.slip, NavigatorConfig{}.lock_time + 30);
+    EXPECT_NEAR(t.events.first_slip, 151, 1.5);
+    bool said = false;
+    for (std::size_t i = 0; i < t.t.size(); ++i) {
+      if (t.t[i] < 150) {
+        EXPECT_FALSE(t.health[i] & (kHealthSlip | kHealthUncovered)) << t.t[i];
+      }
+      said = said || (t.health[i] & kHealthUncovered);
+    }
+    EXPECT_TRUE(said);
+    // A wheel that reads wrong for ten seconds only is not believed at all.
+    f.slip_end = 160;
+    const Trace shorter = run(route, base_seed(), f);
+    EXPECT_EQ(shorter.events.lock_recoveries, 0);
+    EXPECT_GE(shorter.events.slip, 8);
+  }
+}
+// Fixes that have moved for good by 200 m: kept out, and after half a minute of contradiction and a
+// minute more the row says that the filter may be the one that is wrong.
+TEST(Navigator, FixesThatMovedForGoodAreKeptOutAndSaid) {
+  const ExactRoute route = route_of(kMixed, 400);
+  Faults f;
+  f.fix_every = 5, f.outliers = 1000, f.fix_shift = 200;
+  const Trace t = run(route, base_seed(), f);
+  std::printf("moved fixes: %ld out, end error %.0f m\n", t.events.outlier_fixes, t.end_error);
+  EXPECT_TRUE(t.inside);
+  EXPECT_GE(t.events.outlier_fixes, 18);  // of three lock times, one in five seconds
+  double said = 1e300, worst = 0;
+  for (std::size_t i = 0; i < t.t.size(); ++i) {
+    if (t.health[i] & (kHealthUncovered | kHealthDiverged)) said = std::min(said, t.t[i]);
+    if (t.t[i] < 290) worst = std::max(worst, t.error[i]);
+  }
+  EXPECT_GT(said, 200);
+  EXPECT_LE(said, 305);  // three contradiction times of 30 s, and this loop's five seconds
+  EXPECT_LT(worst, 15);  // not drawn towards them: three to five of a fix's sigmas
 }
 TEST(Navigator, LongGapIsSaid) {  // section 1.5
   const ExactRoute route = route_of(kMixed, 400);
