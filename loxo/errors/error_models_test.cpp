@@ -261,6 +261,41 @@ TEST(ErrorModels, EveryFrameEqualsDifferencesOfItsMechanization) {  // [EST-3]
   }
 }
 
+// The transport rate is the turn of the axes along the way: C_me' = -[w_em] C_me. polar.md 2.4
+TEST(ErrorModels, TransportRateIsTheTurnOfTheAxes) {
+  std::mt19937 rng = generator();
+  const Ellipsoid& ell = wgs84();
+  for (const Place& place : kPlaces) {
+    const Scene s = scene_at(ell, place, Regime::kRandom, rng);
+    const NormalHeight<double> q = to_normal(ell, s.r);
+    const std::pair<const char*, AxesOf> frames[] = {
+        {"geographic",
+         [&](const Vec<Ecef>& n, double h) { return geographic_level_axes(ell, n, h); }},
+        {"transverse",
+         [&](const Vec<Ecef>& n, double h) { return transverse_level_axes(ell, n, h, 0.3); }},
+        {"grid", [&](const Vec<Ecef>& n, double h) { return grid_level_axes(ell, n, h, 0.3); }},
+        {"wander", wander_near(ell, q.n)}};
+    for (const auto& [name, axes_of] : frames) {
+      const bool geographic = name[0] == 'g' && name[1] == 'e';
+      if (geographic && std::fabs(place.lat) > 89 * deg) continue;
+      const LevelAxes<double> a = axes_of(q.n, q.h);
+      const Vec<Ecef> v = a.C_me * s.v;
+      double w[3];
+      level_transport(a, v.x, v.y, w);
+      const double dt = 0.1;  // some metres
+      const auto at = [&](double t) {
+        const NormalHeight<double> n = to_normal(ell, s.r + s.v * t);
+        return axes_of(n.n, n.h).C_me;
+      };
+      const Block3<> rate = (0.5 / dt) * (at(dt) - at(-dt)),
+                     expected = (-1.0) * (skew(Vec<Ecef>{w[0], w[1], w[2]}) * a.C_me);
+      // 1e-15 of rounded positions over dt, and the square of the turn (5e-6 tan L)^2.
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) EXPECT_NEAR(rate.m[i][j], expected.m[i][j], 2e-14) << name;
+    }
+  }
+}
+
 // [EST-2] at five latitudes in each frame, the wander frame too (th_U = 0: carried without a turn).
 TEST(ErrorModels, ClassicalErrorsAtFiveLatitudes) {
   std::mt19937 rng = generator();
