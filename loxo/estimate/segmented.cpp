@@ -146,7 +146,7 @@ struct SegmentedNavigator::Impl {
                  wu = c.ellipsoid.w_ie * sl;
     Eigen::Matrix<double, 12, 5> A =
         Eigen::Matrix<double, 12, 5>::Zero();  // from (gx, gy, gz, ax, ay)
-    for (int j = 0; j < 2; ++j) {
+    for (int j = 0; j < 2 && c.static_level; ++j) {
       A(0, 3 + j) = -C_nb.m[1][j] / g;
       A(1, 3 + j) = C_nb.m[0][j] / g;
     }

@@ -19,12 +19,15 @@ struct SegmentedConfig {
   double level_std = 0,
          heading_std = 0;      // random part of the alignment, beside what the biases cause (6.1)
   bool static_heading = true;  // heading found from the gyros: correlated with their bias
+  bool static_level = true;    // level found from the accelerometers: as correlated with theirs
   double position_std = 0.1, velocity_std = 0.01;
   double scale_std = 0.05, mounting_std = 0.052359877559829887;  // 3 deg
   double scale_noise = 1e-3, slip_noise = 8.7e-4;                // white, per second
   double scale_walk = 2e-5, mounting_walk = 1e-6;                // 1/sqrt(s), rad/sqrt(s)
   double quantisation = 0;                                       // m
-  double r0 = 0.5, c_a = 0.3;                                    // R(t) of phase 1
+  // R(t) of phase 1; c_a: the part of the accelerometers' bias that the alignment has not taken up
+  // (1 where the level was not found from them).
+  double r0 = 0.5, c_a = 0.3;
   double earliest = 60, latest = 180, distance = 500, sd_limit = 5e-4,
          change_limit = 3e-4;  // switch rule
 };

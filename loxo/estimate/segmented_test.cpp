@@ -228,10 +228,11 @@ TEST(Segmented, ATacticalUnitIsForced) {
   EXPECT_TRUE(forced);
 }
 
-// What the method says of its errors is what they are: drawn from their sigmas, the errors of INS,
-// track, weighted and joint position over their own covariance, before and after the switch. The
-// INS's phi_U, which both share, is what makes the cross covariance.
-TEST(Segmented, StatedCovariancesAreTrue) {
+// `found`: the attitude from the sensors, with their biases in it; else given, with errors of its
+// own. What the method says of its errors is what they are: drawn from their sigmas, the errors of
+// INS, track, weighted and joint position over their own covariance, before and after the switch.
+// The INS's phi_U, which both share, is what makes the cross covariance.
+void stated_covariances_are_true(bool found) {
   const unsigned seed = seed_of_test();
   std::mt19937 rng(seed);
   std::normal_distribution<double> g;
@@ -239,7 +240,9 @@ TEST(Segmented, StatedCovariancesAreTrue) {
   Vehicle v;
   v.turn = 40 * deg, v.length = 200;
   const ExactRoute route = route_of(v);
-  const SegmentedConfig c = config_of();
+  SegmentedConfig c = config_of();
+  c.static_heading = c.static_level = found;
+  if (!found) c.c_a = 1;
   const double gamma = normal_gravity(c.ellipsoid, std::sin(v.lat), 0.0),
                wn = c.ellipsoid.w_ie * std::cos(v.lat), wu = c.ellipsoid.w_ie * std::sin(v.lat);
   const Rot<Geographic, Body> C = geographic_axes(v.lat, v.lon) * to_matrix(route.q[0]);
@@ -250,9 +253,10 @@ TEST(Segmented, StatedCovariancesAreTrue) {
     v.gyro_bias = c.gyro_bias * Vec<Body>{g(rng), g(rng), g(rng)};
     v.accel_bias = c.accel_bias * Vec<Body>{g(rng), g(rng), 0};
     const Vec<Geographic> gn = C * v.gyro_bias, an = C * v.accel_bias;
-    v.phi.y = an.x / gamma + c.level_std * g(rng);
-    v.phi.x = -an.y / gamma + c.level_std * g(rng);
-    v.phi.z = (-gn.x + wu * an.x / gamma) / wn + c.heading_std * g(rng);
+    v.phi = {c.level_std * g(rng), c.level_std * g(rng), c.heading_std * g(rng)};
+    if (found)
+      v.phi =
+          v.phi + Vec<Geographic>{-an.y / gamma, an.x / gamma, (-gn.x + wu * an.x / gamma) / wn};
     drive(
         v, route, c, seed + static_cast<unsigned>(r), [&](const SegmentedEpoch& e, std::size_t i) {
           for (int j = 0; j < 4; ++j) {
@@ -279,6 +283,8 @@ TEST(Segmented, StatedCovariancesAreTrue) {
       EXPECT_GT(nees[m][j], 0.5) << names[m] << " at " << times[j] << ", seed " << seed;
     }
 }
+TEST(Segmented, StatedCovariancesAreTrueAfterAnAlignment) { stated_covariances_are_true(true); }
+TEST(Segmented, StatedCovariancesAreTrueFromAGivenAttitude) { stated_covariances_are_true(false); }
 
 // A gain that knows the noise of the reading it weighs has a mean that is not zero: on a straight
 // road, where scale and speed hardly part, the scale runs away: here by more than a sigma in an

@@ -199,7 +199,8 @@ Paper wang2012(const Options& o) {
   std::array<std::unique_ptr<Route>, 3> routes;
   std::atomic<std::size_t> done{0};
   for (std::size_t i = 0; i < 3; ++i) {
-    routes[i] = std::make_unique<Route>(names[i], o, n, 3 * o.seed + i);
+    // The same vehicles on every route.
+    routes[i] = std::make_unique<Route>(names[i], o, n, o.seed);
     Route& route = *routes[i];
     const auto pieces = route.pieces();
     run_parallel(pieces, o.threads, [&](std::size_t k) {

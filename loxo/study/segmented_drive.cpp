@@ -35,6 +35,11 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
   c.gyro_bias = settings.gyro_bias, c.gyro_noise = settings.gyro_noise;
   c.accel_bias = settings.accel_bias, c.accel_noise = settings.accel_noise;
   c.level_std = 0.003 * deg;
+  // A given level owes nothing to the accelerometers: their bias drives the INS from the first
+  // second, and phase 1 must expect it.
+  for (const char* given : {"state", "attitude", "stored", "in_motion"})
+    if (start.report.method == given) c.static_level = false;
+  if (!c.static_level) c.c_a = 1;
   c.static_heading = start.report.method == "static";
   c.heading_std = c.static_heading ? std::hypot(start.report.std_noise, start.report.std_sway)
                                    : start.report.heading_std;
