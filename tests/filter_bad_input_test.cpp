@@ -229,6 +229,31 @@ TEST(FilterBadInput, SectionsWithoutARow) {
   navigated(one, 1, {"before the first second", "no row"}, "--mode segmented");
   EXPECT_EQ(slurp(one.path + "/solution.csv"), "an older solution\n");
 }
+// The smoother's spool: without a name, so that nothing stays behind; where it cannot be, said.
+TEST(FilterBadInput, TheSmoothersDisk) {
+  const Drive d("disk");
+  const std::string out = d.path + "/solution.csv", err = d.path + "/err",
+                    command = std::string(program()) + " navigate " + d.path +
+                              " --mode smooth -o " + out + " >/dev/null 2>" + err;
+  const auto code = [](const std::string& shell) {
+    const int status = std::system(shell.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+  };
+  // A full disk, as a limit of a file's size is seen: 1 MB of some 20.
+  EXPECT_EQ(code("trap '' XFSZ; ulimit -f 2000; " + command), 1);
+  EXPECT_NE(slurp(err).find("disk full?"), std::string::npos) << slurp(err);
+  EXPECT_NE(slurp(err).find("TMPDIR"), std::string::npos) << slurp(err);
+  EXPECT_FALSE(fs::exists(out));
+  EXPECT_EQ(code("TMPDIR=" + d.path + "/none " + command), 1);
+  EXPECT_NE(slurp(err).find("none"), std::string::npos) << slurp(err);
+  const std::string here = d.path + "/here";
+  fs::create_directories(here);
+  EXPECT_EQ(code("TMPDIR=" + here + " " + command), 0);
+  EXPECT_TRUE(fs::exists(out));
+  EXPECT_TRUE(fs::is_empty(here));
+  code("TMPDIR=" + here + " timeout -s KILL 0.05 " + command);  // killed on the way
+  EXPECT_TRUE(fs::is_empty(here));
+}
 // A long gap: said in the rows of every mode, and the fixes give the heading back.
 TEST(FilterBadInput, AGapOfHalfAMinute) {
   const auto gap = [](Rows& rows) { rows.erase(rows.begin() + 3700, rows.begin() + 5200); };

@@ -752,7 +752,7 @@ void Navigator::use_tick(const OdometerTick& tick) {
   detector_.wheel(s_.t,
                   counts ? fabs(tick.value) > 0.5 * config_.quantisation
                          : fabs(speed) > config_.standstill.wheel_quiet,
-                  interval);
+                  interval, s_.scale != 0 ? speed / s_.scale : speed);
   if (!config_.use_odometer) return;
   const MeasurementPoint p = point(age);
   if (coasting_) {  // no way can be summed up; rest counts as well

@@ -60,19 +60,14 @@ class Backward {
 
 }  // namespace
 
-SmootherTape::SmootherTape(bool extra) : file_(std::tmpfile()), extra_(extra) {
-  if (!file_)
-    throw Error(ErrorKind::kWork,
-                "no temporary file for the smoother (is the temporary folder writable?)");
-  std::setvbuf(file_.get(), nullptr, _IOFBF, 1u << 20);
-}
+SmootherTape::SmootherTape(bool extra) : file_(open_spool()), extra_(extra) {}
 SmootherTape::~SmootherTape() = default;
 
 void SmootherTape::put(int kind, const double* data, int count) {
   const double trailer = 4.0 * count + kind;
   const auto n = static_cast<std::size_t>(count);
   if (std::fwrite(data, 8, n, file_.get()) != n || std::fwrite(&trailer, 8, 1, file_.get()) != 1)
-    throw Error(ErrorKind::kWork, "the smoother's temporary file cannot be written: disk full?");
+    spool_failed("the smoother's steps");
   bytes_ += 8 * (n + 1);
 }
 void SmootherTape::transition(const TransitionProduct& f) {
@@ -123,8 +118,7 @@ template <int N>
 void SmootherTape::smooth_states(const Emit& emit) {
   constexpr int kLd = (N + 7) / 8 * 8;
   std::fflush(file_.get());
-  if (std::ferror(file_.get()))
-    throw Error(ErrorKind::kWork, "the smoother's temporary file cannot be written: disk full?");
+  if (std::ferror(file_.get())) spool_failed("the smoother's steps");
   Backward back(file_.get());
   struct alignas(64) Matrix {
     double m[N][kLd]{};

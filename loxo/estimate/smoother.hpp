@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "loxo/estimate/nominal.hpp"
+#include "loxo/estimate/spool.hpp"
 
 namespace loxo {
 
@@ -38,10 +39,7 @@ class SmootherTape : public FilterTape {
   void put(int kind, const double* data, int count);
   template <int N>
   void smooth_states(const Emit& emit);
-  struct Close {
-    void operator()(std::FILE* f) const { std::fclose(f); }
-  };
-  std::unique_ptr<std::FILE, Close> file_;
+  SpoolFile file_;
   std::vector<double> buffer_;  // one record, then its trailer
   std::uint64_t bytes_ = 0;
   bool extra_ = false;

@@ -21,7 +21,8 @@ void StandstillDetector::sample(double dt, const Vec<Body>& w, const Vec<Body>& 
   ff_ += dot(g, g);
 }
 
-void StandstillDetector::wheel(double t, bool moved, double interval) {
+void StandstillDetector::wheel(double t, bool moved, double interval, double speed) {
+  wheel_speed_ = fabs(speed);
   wheel_t_ = t;
   wheel_interval_ = interval;
   if (moved) wheel_moved_t_ = t;
@@ -53,7 +54,8 @@ StandstillVerdict StandstillDetector::judge(double now, double filter_speed, dou
   } else {
     dead_since_ = 1e300;
   }
-  if (others && v.wheel_known && !v.wheel_quiet) {
+  // A wheel that agrees with the filter is no spin but a creep, as quiet as it may be.
+  if (others && v.wheel_known && !v.wheel_quiet && wheel_speed_ - filter_speed > filter_limit) {
     spin_since_ = min(spin_since_, now - v.length);
   } else {
     spin_since_ = 1e300;

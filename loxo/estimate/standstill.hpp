@@ -34,8 +34,8 @@ class StandstillDetector {
   // Earth rate).
   void sample(double dt, const Vec<Body>& w, const Vec<Body>& f, const Vec<Body>& w_rest);
   // The wheel's last word before now: whether it has turned (a counter that changed, a speed above
-  // wheel_quiet), and how often it speaks, s.
-  void wheel(double t, bool moved, double interval);
+  // wheel_quiet), how often it speaks [s], and the speed of the vehicle that it means [m/s].
+  void wheel(double t, bool moved, double interval, double speed);
   // At most once per window; filter_speed, filter_limit: witness 3.
   StandstillVerdict judge(double now, double filter_speed, double filter_limit);
   const StandstillConfig& config() const { return config_; }
@@ -47,7 +47,7 @@ class StandstillDetector {
   Vec<Body> sum_w_, sum_f_, mean_f_;
   double ff_ = 0;
   Vec<Body> first_f_;
-  double wheel_t_ = -1e300, wheel_interval_ = 0, wheel_moved_t_ = -1e300;
+  double wheel_t_ = -1e300, wheel_interval_ = 0, wheel_moved_t_ = -1e300, wheel_speed_ = 0;
   double dead_since_ = 1e300, spin_since_ = 1e300;
 };
 

@@ -40,7 +40,7 @@ struct Yard {
         const Vec<Body> rest{1e-5, 4e-5, 5e-5};
         detector.sample(kStep, rest + noise(1e-3 * v.imu),
                         Vec<Body>{0.3, -0.2, 9.8} + noise(1e-2 * v.imu), rest);
-        if (v.wheel) detector.wheel(t, v.turns, 0.1);
+        if (v.wheel) detector.wheel(t, v.turns, 0.1, v.turns ? 5.0 : 0.0);
         const StandstillVerdict j = detector.judge(t, v.speed, 0.4);
         if (j.complete) last = j;
       }

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "loxo/estimate/smoother.hpp"
+#include "loxo/estimate/spool.hpp"
 #include "loxo/ins/handover.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
@@ -354,20 +355,14 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   if (o.smooth) {
     // Newest first: spooled, then given out forward. History and constants become the smoothed
     // ones.
-    struct Close {
-      void operator()(std::FILE* f) const { std::fclose(f); }
-    };
-    std::unique_ptr<std::FILE, Close> spool(std::tmpfile());
-    if (!spool) throw Error(ErrorKind::kWork, "no temporary file for the smoothed rows");
+    const SpoolFile spool = open_spool();
     long n = 0;
     std::vector<ConstantsRow> history;
     double next_back = 1e300;
     bool first = true;
     tape->smooth([&](const NominalState& s, const Covariance<kStates>& P, std::uint32_t health) {
       const SolutionRow r = solution_row(drive.ellipsoid, s, P, o.frame, health);
-      if (std::fwrite(&r, sizeof r, 1, spool.get()) != 1)
-        throw Error(ErrorKind::kWork,
-                    "the temporary file of smoothed rows cannot be written: disk full?");
+      if (std::fwrite(&r, sizeof r, 1, spool.get()) != 1) spool_failed("the smoothed rows");
       ++n;
       if (first)
         push_constants(out, s, P, nav.has_extra() ? tape->extra_variances() : nullptr, config,

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "loxo/estimate/planar_filter.hpp"
+#include "loxo/estimate/spool.hpp"
 #include "loxo/log/solution_file.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
@@ -238,11 +239,7 @@ FilterResult planar_drive(const Drive& drive, const FilterOptions& o, const RowS
   out.alignment.heading_std = heading_std;
   out.meta["heading_std_deg"] = fmt::format("{:.3g}", heading_std / deg);
 
-  struct Close {
-    void operator()(std::FILE* f) const { std::fclose(f); }
-  };
-  std::unique_ptr<std::FILE, Close> spool(o.smooth ? std::tmpfile() : nullptr);
-  if (o.smooth && !spool) throw Error(ErrorKind::kWork, "no temporary file for the smoother");
+  SpoolFile spool = o.smooth ? open_spool() : SpoolFile();
   long nodes = 0;
   const bool body = drive.attitude.present || drive.heading.columns.contains("heading");
   const auto row_of = [&](const PlanarState& x, double heading, double h, double v, double vu,
@@ -275,9 +272,7 @@ FilterResult planar_drive(const Drive& drive, const FilterOptions& o, const RowS
   Node node{};
   bool node_open = false;
   const auto write_node = [&] {
-    if (std::fwrite(&node, sizeof node, 1, spool.get()) != 1)
-      throw Error(ErrorKind::kWork,
-                  "the temporary file of the smoother cannot be written: disk full?");
+    if (std::fwrite(&node, sizeof node, 1, spool.get()) != 1) spool_failed("the smoother's steps");
     ++nodes;
   };
   // An epoch: fixes that fall on it, then a row.
@@ -363,15 +358,12 @@ FilterResult planar_drive(const Drive& drive, const FilterOptions& o, const RowS
 
   // Rauch-Tung-Striebel, newest first (the last node is still open), then out
   // in order of time.
-  std::unique_ptr<std::FILE, Close> rows(std::tmpfile());
-  if (!rows) throw Error(ErrorKind::kWork, "no temporary file for the smoothed rows");
+  SpoolFile rows = open_spool();
   long n = 0;
   const auto put = [&](const PlanarState& x, const Node& at) {
     if (!at.is_row) return;
     const SolutionRow r = row_of(x, at.heading, at.h, at.v, at.vu, at.pitch);
-    if (std::fwrite(&r, sizeof r, 1, rows.get()) != 1)
-      throw Error(ErrorKind::kWork,
-                  "the temporary file of smoothed rows cannot be written: disk full?");
+    if (std::fwrite(&r, sizeof r, 1, rows.get()) != 1) spool_failed("the smoothed rows");
     ++n;
   };
   PlanarState smooth = node.filtered;
