@@ -334,6 +334,7 @@ void read_start(Drive& d, const TomlTable& t) {
     s.pitch = a->get_quantity("pitch", kAngle).value_or(loxo::kNone);
     s.roll = a->get_quantity("roll", kAngle).value_or(loxo::kNone);
     s.heading_std = sigma(*a, "heading_std", kAngle);
+    s.level_std = sigma(*a, "level_std", kAngle);
   }
   if (const auto state = t.get_table("state")) {
     s.has_state = true;

@@ -69,6 +69,7 @@ struct StartSection {
   double alignment_duration = kNone;          // s
   double heading = kNone, pitch = kNone, roll = kNone;  // rad, attitude = { … }
   double heading_std = kNone;                           // rad, attitude = { heading_std = … }
+  double level_std = kNone;                             // rad, of pitch and roll given there
   double ve = kNone, vn = kNone, vu = kNone;            // m/s, velocity at the start
   bool has_state = false;  // state = { … }: ECEF, means something at the pole
   double state_t = kNone, r[3]{}, v[3]{}, q[4]{1, 0, 0, 0};  // q body -> ECEF, scalar first

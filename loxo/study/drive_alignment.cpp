@@ -343,7 +343,7 @@ void align_given(DriveAlignment& a, const Drive& drive, const DriveMeasurements&
                        Euler<double>{st.heading, or_else(st.pitch, 0), or_else(st.roll, 0)});
   a.t = level ? a.rest.end : t0;
   a.v = {or_else(st.ve, 0), or_else(st.vn, 0), or_else(st.vu, 0)};
-  a.level_std = level ? 0.003 * deg : 0.1 * deg;
+  a.level_std = level ? 0.003 * deg : or_else(st.level_std, 0.1 * deg);
   a.level_from_accel = level;
   a.report.method = "attitude";
   a.report.heading = st.heading;

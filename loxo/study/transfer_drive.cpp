@@ -304,6 +304,7 @@ std::string own_start(const Drive& drive, const MovedTrack& track) {
     add("pitch", s.pitch);
     add("roll", s.roll);
     add("heading_std", s.heading_std);
+    add("level_std", s.level_std);
     return toml + "attitude = { " + attitude + " }\n";
   }
   EcefPose<double> e;
