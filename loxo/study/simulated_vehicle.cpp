@@ -15,6 +15,7 @@
 #include "loxo/num/error.hpp"
 #include "loxo/num/random.hpp"
 #include "loxo/num/units.hpp"
+#include "loxo/study/drive_truth.hpp"
 
 namespace loxo {
 namespace {
@@ -281,32 +282,18 @@ Nees nees_of(const NominalState& s, const Covariance<kStates>& P, const NominalS
 
 Trajectory acceptance_route(const char* name, double length, double rest) {
   const std::string route = name;
-  std::vector<std::pair<double, double>> turns;
-  if (route == "mixed") {
-    turns = {{60, 40},   {150, -70},  {300, 90},    {480, -60}, {700, -50},
-             {900, 80},  {1200, 30},  {1500, -100}, {1800, 60}, {2100, -40},
-             {2400, 90}, {2700, -60}, {3000, -30},  {3300, 45}};
-  } else if (route == "closed") {
-    for (int i = 1; i < 12; ++i) turns.emplace_back(300.0 * i, 90.0);
-  } else if (route != "straight") {
+  if (route != "straight" && route != "mixed" && route != "closed")
     throw Error(ErrorKind::kUsage, "expected straight, mixed or closed, found '" + route + "'",
                 "route");
-  }
-  Trajectory t;
-  t.ellipsoid = wgs84();
-  t.start = {40 * deg, 20 * deg, 0};
-  t.course = 30 * deg;
-  if (rest > 0) t.legs.push_back({rest, 0, 0, true});
-  t.legs.push_back({20, 20, 0, true});
-  double now = 20;
-  for (const auto& [at, angle] : turns) {
-    if (at >= length) break;
-    t.legs.push_back({at - now, 20, 0, true});
-    const double duration = std::fabs(angle) / 6.0;
-    t.legs.push_back({duration, 20, angle * deg, true});
-    now = at + duration;
-  }
-  if (length > now) t.legs.push_back({length - now, 20, 0, true});
+  // The campaigns' own.
+  Trajectory t = drive_scenario(TomlTable::parse("route = \"" + route +
+                                                     "\"\nlat = \"40 deg\"\nlon = \"20 deg\"\n"
+                                                     "heading = \"30 deg\"\nspeed = \"20 m/s\"\n"
+                                                     "duration = \"" +
+                                                     std::to_string(length) + " s\"\n",
+                                                 "acceptance route"))
+                     .trajectory;
+  if (rest > 0) t.legs.insert(t.legs.begin(), {rest, 0, 0, true});
   return t;
 }
 
