@@ -94,15 +94,20 @@ void BM_DensePredict(benchmark::State& state) {
 BENCHMARK(BM_DensePredict<21>);
 
 // A cycle of the joint filter: strapdown, prediction of 32 states at every sample, constraint and
-// odometer at 1 Hz. Argument 1: with the tape.
+// odometer at 1 Hz. Argument 1: with the tape; 2: with the 11 extra states; 3: remembering two
+// seconds for late measurements; 4: and a fix every second that comes a second late.
 void BM_NavigatorSample(benchmark::State& state) {
   NavigatorConfig c;
   c.ellipsoid = wgs84();
   c.gyro_noise = 1e-5, c.accel_noise = 1e-3, c.gyro_bias = 1e-6, c.accel_bias = 1e-3;
   c.standstill.sigma_w = 1e-4, c.standstill.sigma_f = 1e-2;
   c.nhc_epoch = 0.1;
+  const auto kind = state.range(0);
+  c.late_limit = kind >= 3 ? 2.0 : 0.0;
+  if (kind == 2)
+    c.fix_lever_std = c.height_bias_std = 1, c.heading_bias_std = c.gyro_misalignment = 1e-3;
   auto nav = std::make_unique<Navigator>(c);
-  auto tape = state.range(0) ? std::make_unique<SmootherTape>() : nullptr;
+  auto tape = kind == 1 ? std::make_unique<SmootherTape>() : nullptr;
   nav->set_tape(tape.get());
   NavigatorStart s;
   const Geodetic<double> at{0.8, 0.1, 100};
@@ -119,11 +124,16 @@ void BM_NavigatorSample(benchmark::State& state) {
   for (auto _ : state) {
     u.t += 0.01;
     if (++n % 10 == 0) nav->odometer({u.t, 1.0, false});
+    if (kind == 4 && n % 100 == 0 && n > 200) {
+      Fix f;
+      f.t = u.t - 1.0, f.lat = at.lat + 1.57e-6 * f.t, f.lon = at.lon, f.std_e = f.std_n = 100;
+      nav->fix(f);
+    }
     nav->imu(u);
   }
   benchmark::DoNotOptimize(nav->state());
 }
-BENCHMARK(BM_NavigatorSample)->Arg(0)->Arg(1)->Iterations(360000);
+BENCHMARK(BM_NavigatorSample)->DenseRange(0, 4)->Iterations(360000);
 
 }  // namespace
 }  // namespace loxo
