@@ -167,5 +167,18 @@ TEST(FilterConsistency, NeesIsInItsBandOnEveryRoute) {
   }
 }
 
+// A wheel of half a millimetre: while the vehicle sets off, a scale known to 3 % and a delay known
+// to 0.1 s make 3 mm together, second order, which the wheel would be believed against. [EST-12]
+TEST(FilterConsistency, AGoodWheelIsNotBelievedBeyondScaleTimesDelay) {
+  constexpr int kRuns = 400;
+  VehicleErrors e = tactical();
+  e.scale_noise = 0, e.distance_noise = 5e-4;
+  const Means m = run(route_truth(acceptance_route("straight", 20), 50), e, kRuns, 1);
+  std::printf("k %.2f (%+.2f) tau %.2f\n", m.k2, m.k1, m.tau2);
+  const Band one = chi_square_band(1, kRuns, 1 - 1e-6);
+  EXPECT_LT(m.k2, one.high);
+  EXPECT_LT(std::fabs(m.k1), 4.9 / std::sqrt(kRuns));
+}
+
 }  // namespace
 }  // namespace loxo
