@@ -282,10 +282,11 @@ TEST(ErrorModels, TransportRateIsTheTurnOfTheAxes) {
       const Vec<Ecef> v = a.C_me * s.v;
       double w[3];
       level_transport(a, v.x, v.y, w);
+      const AxesOf& of = axes_of;
       const double dt = 0.1;  // some metres
       const auto at = [&](double t) {
         const NormalHeight<double> n = to_normal(ell, s.r + s.v * t);
-        return axes_of(n.n, n.h).C_me;
+        return of(n.n, n.h).C_me;
       };
       const Block3<> rate = (0.5 / dt) * (at(dt) - at(-dt)),
                      expected = (-1.0) * (skew(Vec<Ecef>{w[0], w[1], w[2]}) * a.C_me);
