@@ -39,7 +39,7 @@ int run(const Globals& globals, const Options& o) {
       std::find(kMethods.begin(), kMethods.end(), options.only) == kMethods.end())
     throw Error(ErrorKind::kUsage,
                 "'" + o.method + "' is no method" + suggestion(options.only, kMethods), "--method");
-  if (!options.estimate.empty() && options.only.empty()) options.online = false;
+  options.online = options.estimate.empty();
   const Drive drive = read_drive(o.drive, globals.sets);
   Diagnostics diagnostics = drive.diagnostics;
   const auto result =
@@ -61,9 +61,10 @@ int run(const Globals& globals, const Options& o) {
     file.commit();
   }
   if (globals.json) print_json(json);
-  say(globals, fmt::format("{}: route {:.1f} m, chord {:.1f} m, area {:.4g} m^2, headings {}",
-                           drive.name, result.route, result.chord, result.signed_area,
-                           json["heading_model"].get<std::string>()));
+  if (result.route == result.route)
+    say(globals, fmt::format("{}: route {:.1f} m, chord {:.1f} m, area {:.4g} m^2, headings {}",
+                             drive.name, result.route, result.chord, result.signed_area,
+                             json["heading_model"].get<std::string>()));
   say(globals, fmt::format("  {:<15}{:>14}{:>11}{:>14}{:>11}{:>11}{:>12}{:>14}", "method", "k",
                            "+-", "eps [deg]", "+-", "closure m", "route dk", "route deps \""));
   for (const auto& m : result.methods) {

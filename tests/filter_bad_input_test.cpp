@@ -229,6 +229,36 @@ TEST(FilterBadInput, SectionsWithoutARow) {
   navigated(one, 1, {"before the first second", "no row"}, "--mode segmented");
   EXPECT_EQ(slurp(one.path + "/solution.csv"), "an older solution\n");
 }
+// The method `online`: alone it needs neither track nor benchmarks, and says why it cannot.
+TEST(FilterBadInput, CalibrateOnline) {
+  const Outcome o = run("calibrate " + base() + " --method online --json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const Json j = parse_json(o.out, "calibrate");
+  const Json& m = j["methods"]["online"];
+  EXPECT_EQ(j["recommended"], "online");
+  EXPECT_NEAR(static_cast<double>(m["k"]), 1.02, 4 * static_cast<double>(m["k_std"]));
+  EXPECT_NEAR(static_cast<double>(m["eps_deg"]), 0, 4 * static_cast<double>(m["eps_std_deg"]));
+  Drive parked("parked");
+  parked.spoil("imu.csv", [](Rows& rows) { rows.resize(2900); });
+  const Outcome p = run("calibrate " + parked.path + " --method online");
+  EXPECT_EQ(p.exit_code, 1);
+  EXPECT_NE((p.err + p.out).find("does not show"), std::string::npos) << p.err << p.out;
+  // With a track and benchmarks: beside the others.
+  const std::string toml = scratch_folder() + "/online.toml", both = scratch_folder() + "/online";
+  std::ofstream(toml) << slurp(scratch_folder() + "/filter_bad.toml")
+                      << "[[benchmark]]\nname = \"A\"\nat = \"start\"\nstd = \"0.05 m\"\n"
+                         "[[benchmark]]\nname = \"B\"\nat = \"end\"\nstd = \"0.05 m\"\n"
+                         "[attitude]\nrate = \"10 Hz\"\n";
+  ASSERT_EQ(run("simulate " + toml + " -o " + both).exit_code, 0);
+  const Outcome b = run("calibrate " + both + " --json");
+  ASSERT_EQ(b.exit_code, 0) << b.err;
+  const Json side = parse_json(b.out, "calibrate");
+  EXPECT_EQ(side["recommended"], "replay");
+  const Json &replay = side["methods"]["replay"], &online = side["methods"]["online"];
+  EXPECT_TRUE(static_cast<bool>(online["valid"])) << online["why"];
+  EXPECT_NEAR(static_cast<double>(online["k"]), static_cast<double>(replay["k"]),
+              4 * static_cast<double>(online["k_std"]));
+}
 // The smoother's spool: without a name, so that nothing stays behind; where it cannot be, said.
 TEST(FilterBadInput, TheSmoothersDisk) {
   const Drive d("disk");
