@@ -115,7 +115,8 @@ TEST(SmootherConsistency, NeesIsInItsBand) {
         "position rms %.2f m (filter %.2f)\n",
         name, static_cast<unsigned long long>(seed), runs, mean / 9, 100 * share, s.k, s.eps,
         s.position, s.filtered);
-    // A run's epochs are one draw: their mean scatters at most as one epoch's does.
+    // A run's epochs are one draw: their mean scatters at most as one epoch's does, and the share
+    // of epochs inside says little.
     EXPECT_GT(mean, wide.low) << name;
     EXPECT_LT(mean, wide.high) << name;
     for (const double x : {s.k, s.eps}) {
@@ -123,9 +124,6 @@ TEST(SmootherConsistency, NeesIsInItsBand) {
       EXPECT_LT(x, one.high) << name;
     }
     EXPECT_LT(s.position, s.filtered) << name;
-    if (all) {
-      EXPECT_GE(share, 0.93) << name;
-    }
   }
 }
 
