@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The segmented method law by law (vehicle.md 7): phase 1, the switch rule, the replay, the weights
-// (V-57) to (V-60), the joint filter's freedom from bias. The gates are study/acceptance_test.
+// The segmented method law by law (vehicle.md 7): phase 1 (V-54), (V-55), (V-56), the switch rule,
+// the replay, the weights (V-57), (V-58), (V-59), (V-60), the joint filter's freedom from bias. The
+// gates are study/acceptance_test.
 #include "loxo/estimate/segmented.hpp"
 
 #include <gtest/gtest.h>
