@@ -24,6 +24,9 @@ struct MeasurementPoint {
   Vec<Ecef> w_ie;  // rad/s
 };
 
+// Axis i of level axes, as the rows of C_e^level say it.
+inline Vec<Ecef> row_of(const Block3<>& c, int i) { return {c.m[i][0], c.m[i][1], c.m[i][2]}; }
+
 struct ScalarMeasurement {
   double h = 0;  // predicted value
   SparseRow<double> row;
