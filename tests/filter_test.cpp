@@ -141,6 +141,17 @@ TEST(Filter, FindsScaleAndMountingOnASmallDrive) {
   const Ran s = navigate(d, "segmented", "--json");
   ASSERT_EQ(s.result.exit_code, 0) << s.result.err;
   EXPECT_EQ(parse_json(s.result.out, "stdout")["mode"], "segmented");
+  // In the turn from 90 s on, at 6 deg/s, the velocity points where the vehicle does: the IMU
+  // stands 1 deg clockwise of it. A velocity of the second behind it would point 3 deg back.
+  Diagnostics told;
+  int turning = 0;
+  for (const SolutionRow& r : read_solution(s.solution.string(), wgs84(), told).rows) {
+    EXPECT_GT(r.std_heading, 0) << r.t;
+    if (r.t < 92 || r.t > 101) continue;
+    EXPECT_NEAR(wrap_pi(std::atan2(r.ve, r.vn) - r.heading) / deg, -1, 1) << r.t;
+    ++turning;
+  }
+  EXPECT_GT(turning, 5);
 }
 // Every innovation in a file, and evaluate's judgement of it equals the filter's own.
 TEST(Filter, InnovationsAreWrittenAndJudged) {

@@ -500,6 +500,9 @@ struct SegmentedNavigator::Impl {
     s = two(w) * reckoned;
     place(out.intersection, s[0], s[1], two(p));
     place(out.joint, -xj[5], -xj[6], Pj.block<2, 2>(5, 5));
+    const Vec<Geographic> level = geographic_axes(ins.lat, ins.lon) * v;
+    out.ve = level.x, out.vn = level.y;
+    out.heading_std = std::sqrt(P(2, 2));
     const std::complex<double> zeta(1 - xj[15], -xj[14]);
     out.joint_k = k / std::abs(zeta);
     out.joint_mu = mu - std::arg(zeta);

@@ -54,6 +54,7 @@ struct SegmentedEpoch {
       reckoned;  // each for itself; reckoned: all increments, calibrated as k and mu say
   Horizontal weighted, naive, intersection;     // V-57, V-58, V-59
   Horizontal joint;                             // 7.1
+  double ve = 0, vn = 0, heading_std = 0;       // of the INS alone: m/s, rad
   double k = 1, mu = 0, k_std = 0, mu_std = 0;  // of phase 1 (frozen after the switch)
   double joint_k = 1, joint_mu = 0, joint_k_std = 0, joint_mu_std = 0;
   double ins_weight = 0;  // share of the INS in `weighted`: 1 - trace(Wt)/2
@@ -71,7 +72,7 @@ class SegmentedNavigator {
   // then tells.
   bool odometer(const OdometerTick& tick);
   const SegmentedEpoch& epoch() const;
-  // Attitude and level velocity of the INS now (body to ENU).
+  // Attitude of the INS now (body to ENU).
   const Rot<Geographic, Body>& attitude() const;
   double t() const;
 

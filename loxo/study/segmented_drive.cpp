@@ -65,7 +65,7 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
 
   std::size_t i = 0;
   while (i < m.ticks.size() && m.ticks[i].t <= s.t) ++i;
-  SolutionRow last{};
+  Vec<Ecef> off;  // weighted less INS position, at the row before
   double last_t = s.t;
   // The method integrates the inertial unit and nothing else: over a gap it has no answer.
   std::uint32_t health = 0, standing = 0;
@@ -91,18 +91,22 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
     r.qw = q.w, r.qx = q.x, r.qy = q.y, r.qz = q.z;
     const Point<Ecef> p = to_ecef(drive.ellipsoid, Geodetic<double>{r.lat, r.lon, r.h});
     r.x = p.x, r.y = p.y, r.z = p.z;
+    // The INS's velocity, which follows every turn, less the rate at which its position leaves the
+    // weighted one.
+    const Point<Ecef> ins = to_ecef(drive.ellipsoid, Geodetic<double>{e.ins.lat, e.ins.lon, r.h});
+    r.ve = e.ve, r.vn = e.vn;
     if (out.rows > 0 && r.t > last_t) {
-      const Vec<Geographic> dv =
-          C_ge * (p - Point<Ecef>{last.x, last.y, last.z}) * (1 / (r.t - last_t));
-      r.ve = dv.x, r.vn = dv.y;
+      const Vec<Geographic> apart = C_ge * ((p - ins) - off) * (1 / (r.t - last_t));
+      r.ve += apart.x, r.vn += apart.y;
     }
+    off = p - ins;
+    r.std_heading = e.heading_std;
     r.std_e = std::sqrt(std::max(e.weighted.cov[0], 0.0));
     r.std_n = std::sqrt(std::max(e.weighted.cov[2], 0.0));
     r.frame = FrameId::kGeographic;
     if (e.forced) r.health |= kHealthUncovered;
     r.health |= health | standing;
     health = 0;
-    last = r;
     last_t = r.t;
     ++out.rows;
     sink(r);
