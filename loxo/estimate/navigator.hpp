@@ -243,7 +243,20 @@ class Navigator : private NavigatorMemory {
   void stand_still_epoch();
   void side_epoch();
   void run_pending();
+  // A reading of the wheel, and what the filter thinks of it: a wheel without sign gets one, or is
+  // not sure of it (variance `unsure`); forward speed and acceleration at its time.
+  struct WheelReading {
+    const OdometerTick& tick;
+    double interval;
+    bool first;
+    double speed = 0, sign = 1, unsure = 0, forward = 0, acceleration = 0;
+  };
   void use_tick(const OdometerTick& tick);
+  void use_coasting(const WheelReading& u, const MeasurementPoint& p);
+  void use_speed(const WheelReading& u, const MeasurementPoint& p);
+  void use_distance(const WheelReading& u);
+  double way_since(double from) const;
+  void begin_way(double t);
   void use_fix(const Fix& fix, bool user);
   void coast_to(double t);
   bool find_heading(const Fix& fix);
