@@ -224,6 +224,8 @@ struct SegmentedNavigator::Impl {
     const double interval = tick.t - last_tick;
     if (!(interval > 0)) return false;
     const double ds = tick.value;
+    // (V-46), (V-47): along the body's forward axis, its mean over the tick; (V-48), (V-49): as
+    // indicated and by the attitude in use, whose first order is (V-50).
     if (forward_time > 0) {
       const Vec<Geographic> dir = forward * (1.0 / forward_time);
       const double e = ds * dir.x, n = ds * dir.y;  // as indicated
@@ -242,7 +244,8 @@ struct SegmentedNavigator::Impl {
     return true;
   }
 
-  // (V-54) for an increment (N + iE): the reckoned states of a joint transition, and these alone.
+  // (V-54) and its parts (V-50), (V-52) for an increment (N + iE): the reckoned states of a joint
+  // transition, and these alone.
   M4 reckoning_step(M16& A, const std::complex<double>& increment) const {
     double phi_u[4];
     const Matrix4 F =
@@ -299,6 +302,7 @@ struct SegmentedNavigator::Impl {
     p.f[0] = f_sum.x / sum_time, p.f[1] = f_sum.y / sum_time, p.f[2] = f_sum.z / sum_time;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) p.C_nb.m[i][j] = C_sum.m[i][j] / sum_time;
+    // (V-53), with (V-51) in its position rows.
     const Matrix12 F12 = geographic_error_matrix(c.ellipsoid, p);
     Eigen::Matrix<double, 12, 12> F;
     for (int i = 0; i < 12; ++i)
