@@ -106,7 +106,7 @@ TEST_F(DriveFault, MissingFile) {
 }
 TEST_F(DriveFault, EmptyFile) { expect_words(fault(""), {"odo.csv"}); }
 TEST_F(DriveFault, BinaryFile) {
-  expect_words(fault(std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0", 20)), {"odo.csv"});
+  expect_words(fault(std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0", 18)), {"odo.csv"});
 }
 TEST_F(DriveFault, LatitudeBeyondThePole) {
   expect_words(
