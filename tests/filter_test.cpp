@@ -15,6 +15,7 @@
 
 #include "loxo/estimate/exact_route.hpp"
 #include "loxo/log/solution_file.hpp"
+#include "loxo/study/filter_start.hpp"
 #include "loxo/study/online_calibration.hpp"
 #include "loxo/text/json.hpp"
 #include "program.hpp"
@@ -441,6 +442,45 @@ TEST(Filter, AStateGivenNamesItsHeading) {
   // To the reference's rounding on its way through a quaternion.
   EXPECT_NEAR(a["heading_deg"].get<double>(),
               std::strtod(reference.at("heading_deg")[0].c_str(), nullptr), 1e-9);
+}
+
+// A level that is given owes nothing to the accelerometers: were it believed to, their bias would
+// cancel against it and be missing from the velocity's sigma.
+TEST(Filter, AStateGivenSaysNothingOfTheAccelerometers) {
+  const std::string folder = loxo::testing::scratch_folder() + "/filter_given";
+  ASSERT_EQ(loxo::testing::run("simulate city-drive --quiet -o " + folder + " --set imu.rate=20Hz")
+                .exit_code,
+            0);
+  const Drive drive = read_drive(folder);
+  NavigatorConfig c;
+  c.ellipsoid = drive.ellipsoid;
+  c.gyro_bias = 1e-5, c.accel_bias = 0.02;
+  Diagnostics d;
+  const FilterStart b = filter_start(drive, FilterOptions{}, c, DriveMeasurements{}, 0.05, d);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) EXPECT_EQ(b.start.P.p[kPsi + i][kBa + j], 0) << i << j;
+    EXPECT_DOUBLE_EQ(b.start.P.p[kBa + i][kBa + i], 0.02 * 0.02);
+  }
+}
+
+// A simulated drive declares what its sensors have: a bias over its range of temperature, and what
+// lasts of a height apart from its noise.
+TEST(Filter, ASimulatedDriveDeclaresWhatLasts) {
+  const std::string folder = loxo::testing::scratch_folder() + "/filter_declared";
+  ASSERT_EQ(
+      loxo::testing::run("simulate mountain-road --quiet -o " + folder + " --set imu.rate=20Hz")
+          .exit_code,
+      0);
+  const Drive drive = read_drive(folder);
+  // 5 deg/h, 0.5 deg/h/K over 15 K, 2 deg/h/g; 1 mg, 20 ug/K over 15 K.
+  EXPECT_NEAR(drive.imu_errors.gyro_bias / deg_per_h, std::hypot(5, 7.5, 2), 2e-3);
+  EXPECT_NEAR(drive.imu_errors.accel_bias / ug, std::hypot(1000, 300), 1e-6);
+  EXPECT_DOUBLE_EQ(drive.height_std, 0.3);
+  EXPECT_DOUBLE_EQ(drive.height_bias, 2);
+  EXPECT_DOUBLE_EQ(drive.height_bias_tau, 900);
+  std::map<std::string, std::string> meta;
+  const NavigatorConfig c = settings_of(drive, FilterOptions{}, 0.05, 0.1, false, kNone, meta);
+  EXPECT_DOUBLE_EQ(c.height_bias_walk, 2 * std::sqrt(2.0 / 900));
 }
 
 TEST(Filter, VerticalModes) {

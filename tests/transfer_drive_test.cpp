@@ -102,6 +102,7 @@ errors = { heading = "0.5 deg" }
 [height]
 file = "height.csv"
 columns = { time = "t_s", height = "h_m", rate = "vu_mps" }
+errors = { height = "0.5 m", bias = "2 m", bias_tau = "900 s" }
 [track]
 file = "track.csv"
 columns = { time = "t_s", distance = "ds_m", heading = "heading_deg" }
@@ -203,6 +204,9 @@ TEST(TransferDrive, EverySlowSensorComesAlong) {
     EXPECT_GT(compared, 50u);
     const std::string toml = slurp(polar + "/drive.toml");
     EXPECT_NE(toml.find("heading_reference = \"grid\""), std::string::npos);
+    EXPECT_NE(toml.find("height = \"0.5 m\", bias = \"2 m\", bias_tau = \"900 s\""),
+              std::string::npos)
+        << toml;
     for (const std::size_t row : {0u, 100u})
       EXPECT_NE(toml.find("lat_deg = " + reference.at("lat_deg")[row].substr(0, 12)),
                 std::string::npos)

@@ -546,6 +546,7 @@ Drive read_drive(const std::string& path, const std::vector<std::string>& sets) 
     if (const auto e = s->get_table("errors")) {
       d.height_std = sigma(*e, "height", kLength);
       d.height_bias = sigma(*e, "bias", kLength);
+      d.height_bias_tau = sigma(*e, "bias_tau", kTime);
     }
   }
   if (const auto s = t.get_table("reference")) d.reference = read_section(d, *s, "reference");

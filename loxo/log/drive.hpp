@@ -129,7 +129,8 @@ struct Drive {
   ChannelFile heading;
   double heading_std = kNone;
   ChannelFile height;
-  double height_std = kNone, height_bias = kNone;  // m, errors = { height = "2 m", bias = "10 m" }
+  double height_std = kNone, height_bias = kNone,
+         height_bias_tau = kNone;  // m, errors = { height = "2 m", bias = "10 m" }
   StartSection start;
   ChannelFile reference;
 

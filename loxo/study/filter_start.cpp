@@ -449,8 +449,8 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
     b.report.method = "state";
     b.report.heading = solution_row(ell, s.t, s.r, s.v, s.q).heading;
     b.report.heading_std = or_else(st.heading_std, 0.1 * deg);
-    alignment_covariance(ell, s, config.gyro_bias, config.accel_bias, 0.05 * deg,
-                         b.report.heading_std, false, P);
+    // A given level owes nothing to the accelerometers: their biases are all to come.
+    alignment_covariance(ell, s, config.gyro_bias, 0.0, 0.05 * deg, b.report.heading_std, false, P);
   } else {
     a = align_drive(drive, o, config, m, {lat, lon, h}, t0, d);
     if (a.has_place) lat = a.place.lat, lon = a.place.lon, h = a.place.h, pos_std = a.place_std;
@@ -463,8 +463,8 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
     b.report = a.report;
     alignment_covariance(ell, s, config.gyro_bias, a.level_from_accel ? config.accel_bias : 0.0,
                          a.level_std, a.heading_random, a.from_gyros, P);
-    for (int i = 0; i < 3; ++i) P.p[kBa + i][kBa + i] = config.accel_bias * config.accel_bias;
   }
+  for (int i = 0; i < 3; ++i) P.p[kBa + i][kBa + i] = config.accel_bias * config.accel_bias;
   const bool at_rest = !given(st.ve) && !st.has_state && !a.has_place;
   for (int i = 0; i < 3; ++i) {
     P.p[kDv + i][kDv + i] = a.has_place ? a.velocity_std * a.velocity_std
@@ -569,6 +569,9 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   // Constants that are sought only where a drive declares how far off they may be.
   c.fix_lever_std = drive.fix.present ? or_else(drive.fix_lever_std, 0.0) : 0.0;
   c.height_bias_std = drive.height.present ? or_else(drive.height_bias, 0.0) : 0.0;
+  // As a walk that makes the declared bias anew in the declared time; without one it lasts.
+  if (given(drive.height_bias_tau) && c.height_bias_std > 0)
+    c.height_bias_walk = c.height_bias_std * std::sqrt(2 / drive.height_bias_tau);
   c.heading_bias_std =
       drive.heading.present ? or_else(drive.attitude_errors.heading_bias, 0.0) : 0.0;
   c.gyro_misalignment = or_else(e.gyro_misalignment, 0.0);

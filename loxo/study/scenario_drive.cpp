@@ -44,16 +44,24 @@ std::string vector_of(const Vec<Body>& v, const char* unit) {
   return fmt::format("\"{} {} {} {}\"", number_text(v.x), number_text(v.y), number_text(v.z), unit);
 }
 
+// A triad's bias as a data sheet says it: constant, slow part, over the range of temperature.
+double declared_bias(const TriadModel<>& m, const ImuSurroundings& around, double more = 0) {
+  const double range =
+      std::max(std::fabs(around.temperature_from), std::fabs(around.temperature_to));
+  return std::hypot(std::hypot(m.bias, m.markov), std::hypot(m.temperature * range, more));
+}
+
 // What a user knows of the sensors: the drive's declaration, part by part. Slow parts of a bias are
 // declared with its constant.
 std::string sections(const Scenario& s) {
   const auto& gyro = s.imu.errors.gyro;
   const auto& accel = s.imu.errors.accel;
   ErrorsLine imu;
-  imu.add("gyro_bias", std::hypot(gyro.bias, gyro.markov), "rad/s");
+  imu.add("gyro_bias", declared_bias(gyro, s.imu.around, s.imu.errors.g_sensitivity * 9.8),
+          "rad/s");
   imu.add("gyro_noise", gyro.noise, "rad/sqrt(s)");
   if (gyro.markov > 0) imu.add("gyro_bias_tau", s.imu.around.gyro_markov_time, "s");
-  imu.add("accel_bias", std::hypot(accel.bias, accel.markov), "m/s^2");
+  imu.add("accel_bias", declared_bias(accel, s.imu.around), "m/s^2");
   imu.add("accel_noise", accel.noise, "m/s/sqrt(s)");
   if (accel.markov > 0) imu.add("accel_bias_tau", s.imu.around.accel_markov_time, "s");
   imu.add("gyro_scale", gyro.scale, "");
@@ -117,7 +125,14 @@ std::string sections(const Scenario& s) {
     toml += fmt::format("\n[{0}]\nfile = \"{0}.csv\"\ncolumns = {{ time = \"t_s\", {1} }}\n",
                         section, columns);
     ErrorsLine e;
-    e.add(key, std::hypot(c.errors.noise, std::hypot(c.errors.bias, c.errors.markov)), unit);
+    const double slow = std::hypot(c.errors.bias, c.errors.markov);
+    // A filter of the height has a state for what lasts; the others take it for noise.
+    const bool apart = &c == &s.height && c.errors.noise > 0;
+    e.add(key, apart ? c.errors.noise : std::hypot(c.errors.noise, slow), unit);
+    if (apart) {
+      e.add("bias", slow, unit);
+      if (c.errors.markov > 0) e.add("bias_tau", c.errors.markov_time, "s");
+    }
     toml += e.line();
   };
   channel(s.height, "height", "height = \"h_m\"", "height", "m");

@@ -195,6 +195,7 @@ class SlowSections {
     csv.commit();
     ErrorsLine errors;
     errors.add("heading", drive_.heading_std, "rad");
+    if (!drive_.attitude.present && !drive_.track.present) errors = attitude_errors(errors);
     return std::string(
                "\n[heading]\nfile = \"heading.csv\"\ncolumns = { time = \"t_s\", heading "
                "= \"heading_deg\"") +
@@ -211,6 +212,8 @@ class SlowSections {
     csv.commit();
     ErrorsLine errors;
     errors.add("height", drive_.height_std, "m");
+    errors.add("bias", drive_.height_bias, "m");
+    errors.add("bias_tau", drive_.height_bias_tau, "s");
     return std::string(
                "\n[height]\nfile = \"height.csv\"\ncolumns = { time = \"t_s\", height = \"h_m\"") +
            (rate ? ", rate = \"vu_mps\"" : "") + " }\n" + errors.line();
