@@ -71,7 +71,8 @@ TEST(Replay, SumsAreTheSteps) {
   std::mt19937_64 random(seed());
   for (const double lat : {0.0, 55.0, -70.0, 88.5, -89.6})
     for (const double ds : {0.02, 2.5, 9.0, 60.0}) {
-      // No draw may cross the pole, where a track has no position: scale 1.3, every row straight on.
+      // No draw may cross the pole, where a track has no position: scale 1.3, every row straight
+      // on.
       const double scale = 1.3, to_pole = (90 - std::fabs(lat)) * 111e3;
       if (20000 * ds * scale > to_pole) continue;
       const auto level = winding(20000, ds, random);

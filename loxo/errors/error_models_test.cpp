@@ -229,6 +229,17 @@ AxesOf wander_near(const Ellipsoid& ell, const Vec<Ecef>& n0) {
   };
 }
 
+// Level axes of every frame about a place of normal n0.
+std::vector<std::pair<const char*, AxesOf>> frames_near(const Ellipsoid& ell, const Vec<Ecef>& n0) {
+  const Ellipsoid* e = &ell;
+  return {
+      {"geographic", [e](const Vec<Ecef>& n, double h) { return geographic_level_axes(*e, n, h); }},
+      {"transverse",
+       [e](const Vec<Ecef>& n, double h) { return transverse_level_axes(*e, n, h, 0.3); }},
+      {"grid", [e](const Vec<Ecef>& n, double h) { return grid_level_axes(*e, n, h, 0.3); }},
+      {"wander", wander_near(ell, n0)}};
+}
+
 TEST(ErrorModels, EveryFrameEqualsDifferencesOfItsMechanization) {  // [EST-3]
   std::mt19937 rng = generator();
   const Ellipsoid sphere = make_sphere(6371000);
@@ -237,15 +248,9 @@ TEST(ErrorModels, EveryFrameEqualsDifferencesOfItsMechanization) {  // [EST-3]
       for (const Regime regime : kRegimes) {
         const Scene s = scene_at(*ell, place, regime, rng);
         const NormalHeight<double> q = to_normal(*ell, s.r);
-        const AxesOf geographic = [&](const Vec<Ecef>& n, double h) {
-          return geographic_level_axes(*ell, n, h);
-        };
-        const AxesOf transverse = [&](const Vec<Ecef>& n, double h) {
-          return transverse_level_axes(*ell, n, h, 0.3);
-        };
-        const AxesOf grid = [&](const Vec<Ecef>& n, double h) {
-          return grid_level_axes(*ell, n, h, 0.3);
-        };
+        const auto frames = frames_near(*ell, q.n);
+        const AxesOf &geographic = frames[0].second, &transverse = frames[1].second,
+                     &grid = frames[2].second, &wander = frames[3].second;
         // Geographic axes turn by 100 m / (6 km) at 89.94 deg: their differences end before.
         if (std::fabs(place.lat) < 89 * deg) {
           check_frame<9, Geographic>(*ell, s, geographic, "geographic");
@@ -255,8 +260,8 @@ TEST(ErrorModels, EveryFrameEqualsDifferencesOfItsMechanization) {  // [EST-3]
         check_frame<21, Transverse>(*ell, s, transverse, "transverse");
         check_frame<15, Grid>(*ell, s, grid, "grid");
         check_frame<21, Grid>(*ell, s, grid, "grid");
-        check_frame<9, Wander>(*ell, s, wander_near(*ell, q.n), "wander");
-        check_frame<21, Wander>(*ell, s, wander_near(*ell, q.n), "wander");
+        check_frame<9, Wander>(*ell, s, wander, "wander");
+        check_frame<21, Wander>(*ell, s, wander, "wander");
       }
   }
 }
@@ -268,14 +273,7 @@ TEST(ErrorModels, TransportRateIsTheTurnOfTheAxes) {
   for (const Place& place : kPlaces) {
     const Scene s = scene_at(ell, place, Regime::kRandom, rng);
     const NormalHeight<double> q = to_normal(ell, s.r);
-    const std::pair<const char*, AxesOf> frames[] = {
-        {"geographic",
-         [&](const Vec<Ecef>& n, double h) { return geographic_level_axes(ell, n, h); }},
-        {"transverse",
-         [&](const Vec<Ecef>& n, double h) { return transverse_level_axes(ell, n, h, 0.3); }},
-        {"grid", [&](const Vec<Ecef>& n, double h) { return grid_level_axes(ell, n, h, 0.3); }},
-        {"wander", wander_near(ell, q.n)}};
-    for (const auto& [name, axes_of] : frames) {
+    for (const auto& [name, axes_of] : frames_near(ell, q.n)) {
       const bool geographic = name[0] == 'g' && name[1] == 'e';
       if (geographic && std::fabs(place.lat) > 89 * deg) continue;
       const LevelAxes<double> a = axes_of(q.n, q.h);
@@ -304,14 +302,7 @@ TEST(ErrorModels, ClassicalErrorsAtFiveLatitudes) {
   for (const double lat : {0.3 * deg, 45 * deg, 80 * deg, 89 * deg, 89.99 * deg}) {
     const Scene s = scene_at(ell, {lat, 40 * deg}, Regime::kRandom, rng);
     const NormalHeight<double> q = to_normal(ell, s.r);
-    const std::pair<const char*, AxesOf> frames[] = {
-        {"geographic",
-         [&](const Vec<Ecef>& n, double h) { return geographic_level_axes(ell, n, h); }},
-        {"transverse",
-         [&](const Vec<Ecef>& n, double h) { return transverse_level_axes(ell, n, h, 0.3); }},
-        {"grid", [&](const Vec<Ecef>& n, double h) { return grid_level_axes(ell, n, h, 0.3); }},
-        {"wander", wander_near(ell, q.n)}};
-    for (const auto& [name, axes_of] : frames) {
+    for (const auto& [name, axes_of] : frames_near(ell, q.n)) {
       const LevelAxes<double> a = axes_of(q.n, q.h);
       const Vec<Ecef> v_m = a.C_me * s.v;
       const double v[3] = {v_m.x, v_m.y, v_m.z};

@@ -146,6 +146,17 @@ TEST(Measurements, HeadingCarriesThePositionError) {  // section 2.4, [EST-2]
   }
 }
 
+// Row k, column of state i.
+double column(const AccumulatorTransition<double>& t, int k, int i) {
+  if (i < 3) return t.psi.m[k][i];
+  if (i < 6) return t.dv.m[k][i - 3];
+  if (i >= kBg && i < kBg + 3) return t.bg.m[k][i - kBg];
+  if (i == kEpsH) return t.eps_h[k];
+  if (i == kEpsP) return t.eps_p[k];
+  if (i >= kLever && i < kLever + 3) return t.lever.m[k][i - kLever];
+  return 0.0;
+}
+
 // The accumulators' transition: differences of the rate of d. [EST-12]
 TEST(Measurements, AccumulatorTransitionEqualsDifferences) {
   Regime draw;
@@ -162,20 +173,8 @@ TEST(Measurements, AccumulatorTransitionEqualsDifferences) {
     accumulator_rate(b.p, b.s, mounting_axes(b.s.eps_h, b.s.eps_p), minus);
     for (int k = 0; k < 3; ++k) {
       const double difference = -dt * (plus[k] - minus[k]) / (2 * e);  // x_d is computed - true
-      double value = 0;
-      if (i < 3)
-        value = t.psi.m[k][i];
-      else if (i < 6)
-        value = t.dv.m[k][i - 3];
-      else if (i >= kBg && i < kBg + 3)
-        value = t.bg.m[k][i - kBg];
-      else if (i == kEpsH)
-        value = t.eps_h[k];
-      else if (i == kEpsP)
-        value = t.eps_p[k];
-      else if (i >= kLever && i < kLever + 3)
-        value = t.lever.m[k][i - kLever];
-      EXPECT_NEAR(value, difference, 1e-6 * std::fabs(difference) + 1e-9) << k << " " << i;
+      EXPECT_NEAR(column(t, k, i), difference, 1e-6 * std::fabs(difference) + 1e-9)
+          << k << " " << i;
     }
   }
 }
@@ -203,20 +202,11 @@ TEST(Measurements, AcrossTheWayIsTheAnglesDerivative) {  // [EST-12], [EST-13]
     const World a = truth(w, i, e), b = truth(w, i, -e);
     accumulator_rate(a.p, a.s, mounting_axes(a.s.eps_h, a.s.eps_p), plus);
     accumulator_rate(b.p, b.s, mounting_axes(b.s.eps_h, b.s.eps_p), minus);
-    auto value = [i](const AccumulatorTransition<double>& x, int k) {
-      if (i < 3) return x.psi.m[k][i];
-      if (i < 6) return x.dv.m[k][i - 3];
-      if (i >= kBg && i < kBg + 3) return x.bg.m[k][i - kBg];
-      if (i == kEpsH) return x.eps_h[k];
-      if (i == kEpsP) return x.eps_p[k];
-      if (i >= kLever && i < kLever + 3) return x.lever.m[k][i - kLever];
-      return 0.0;
-    };
-    EXPECT_EQ(value(t, 1), value(plain, 1)) << i;
+    EXPECT_EQ(column(t, 1, i), column(plain, 1, i)) << i;
     for (int k : {0, 2}) {
       const double angle = -dt * d[1] * (plus[k] / plus[1] - minus[k] / minus[1]) / (2 * e);
-      const double expected = held * angle + (1 - held) * value(plain, k);
-      EXPECT_NEAR(value(t, k), expected, 1e-6 * std::fabs(expected) + 1e-9) << k << " " << i;
+      const double expected = held * angle + (1 - held) * column(plain, k, i);
+      EXPECT_NEAR(column(t, k, i), expected, 1e-6 * std::fabs(expected) + 1e-9) << k << " " << i;
     }
   }
   // At a stand there is no way: nothing is taken off.

@@ -124,17 +124,20 @@ std::optional<Foreign> foreign_format(const std::string& path) {
 }
 
 TableConvention foreign_convention(Foreign format) {
+  using Columns = std::map<std::string, std::vector<std::string>>;
+  const Columns increments{{"time", {"t_s"}},
+                           {"gyro", {"dthx_rad", "dthy_rad", "dthz_rad"}},
+                           {"accel", {"dvx_mps", "dvy_mps", "dvz_mps"}}};
+  const Columns places{
+      {"time", {"t_s"}}, {"lat", {"lat_deg"}}, {"lon", {"lon_deg"}}, {"height", {"h_m"}}};
+  const auto with = [](Columns columns, const Columns& more) {
+    columns.insert(more.begin(), more.end());
+    return columns;
+  };
   TableConvention c;
   switch (format) {
     case Foreign::kKfGinsImu:
-      c = {"KF-GINS IMU text",
-           "imu",
-           "increment",
-           "end",
-           "FRD",
-           {{"time", {"t_s"}},
-            {"gyro", {"dthx_rad", "dthy_rad", "dthz_rad"}},
-            {"accel", {"dvx_mps", "dvy_mps", "dvz_mps"}}}};
+      c = {"KF-GINS IMU text", "imu", "increment", "end", "FRD", increments};
       break;
     case Foreign::kKfGinsGnss:
     case Foreign::kKfGinsGnssV:
@@ -143,13 +146,7 @@ TableConvention foreign_convention(Foreign format) {
            "",
            "",
            "",
-           {{"time", {"t_s"}},
-            {"lat", {"lat_deg"}},
-            {"lon", {"lon_deg"}},
-            {"height", {"h_m"}},
-            {"std_e", {"std_e_m"}},
-            {"std_n", {"std_n_m"}},
-            {"std_u", {"std_u_m"}}}};
+           with(places, {{"std_e", {"std_e_m"}}, {"std_n", {"std_n_m"}}, {"std_u", {"std_u_m"}}})};
       if (format == Foreign::kKfGinsGnssV) {
         c.columns["ve"] = {"ve_mps"};
         c.columns["vn"] = {"vn_mps"};
@@ -163,41 +160,25 @@ TableConvention foreign_convention(Foreign format) {
            "",
            "",
            "",
-           {{"time", {"t_s"}},
-            {"lat", {"lat_deg"}},
-            {"lon", {"lon_deg"}},
-            {"height", {"h_m"}},
-            {"ve", {"ve_mps"}},
-            {"vn", {"vn_mps"}},
-            {"vu", {"vu_mps"}},
-            {"roll", {"roll_deg"}},
-            {"pitch", {"pitch_deg"}},
-            {"heading", {"heading_deg"}}}};
+           with(places, {{"ve", {"ve_mps"}},
+                         {"vn", {"vn_mps"}},
+                         {"vu", {"vu_mps"}},
+                         {"roll", {"roll_deg"}},
+                         {"pitch", {"pitch_deg"}},
+                         {"heading", {"heading_deg"}}})};
       break;
     case Foreign::kPlainText:
       c.format = "text of numbers without a header";
       break;
     case Foreign::kPsinsImu:
-      c = {"PSINS .imu",
-           "imu",
-           "increment",
-           "end",
-           "RFU",
-           {{"time", {"t_s"}},
-            {"gyro", {"dthx_rad", "dthy_rad", "dthz_rad"}},
-            {"accel", {"dvx_mps", "dvy_mps", "dvz_mps"}}}};
+      c = {"PSINS .imu", "imu", "increment", "end", "RFU", increments};
       break;
     case Foreign::kImr:
       c = {"Waypoint .imr", "imu", "", "end", "RFU", {}};  // the rest is in the header
       break;
     case Foreign::kGpx:
     case Foreign::kGeoJson:
-      c = {format == Foreign::kGpx ? "GPX" : "GeoJSON",
-           "fix",
-           "",
-           "",
-           "",
-           {{"time", {"t_s"}}, {"lat", {"lat_deg"}}, {"lon", {"lon_deg"}}, {"height", {"h_m"}}}};
+      c = {format == Foreign::kGpx ? "GPX" : "GeoJSON", "fix", "", "", "", places};
       break;
     case Foreign::kNmea:
       c.format = "NMEA 0183";
