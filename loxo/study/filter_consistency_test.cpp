@@ -11,46 +11,11 @@
 #include <vector>
 
 #include "loxo/estimate/navigator.hpp"
-#include "loxo/num/units.hpp"
 #include "loxo/study/consistency.hpp"
 #include "loxo/study/simulated_vehicle.hpp"
 
 namespace loxo {
 namespace {
-
-VehicleErrors tactical() {
-  VehicleErrors e;
-  e.gyro_bias = 1 * deg_per_h, e.gyro_noise = 0.05 * deg_per_sqrt_h;
-  e.accel_bias = 300 * ug, e.accel_noise = 0.02 * mps_per_sqrt_h;
-  e.gyro_bias_walk = 0.3 * e.gyro_bias * std::sqrt(2.0 / 3600);
-  e.accel_bias_walk = 0.3 * e.accel_bias * std::sqrt(2.0 / 3600);
-  e.scale_std = 0.03, e.eps_h_std = e.eps_p_std = 2 * deg, e.scale_walk = 3e-5;
-  e.scale_noise = 1e-3, e.distance_noise = 0.01, e.quantisation = 0.001;
-  e.lever_std = 0.3, e.tau_std = 0.1;
-  e.side = 0.02, e.up = 0.03, e.side_turn = 0.02;
-  e.level_std = 0.003 * deg, e.heading_std = 0.5 * deg;
-  e.position_std = 1, e.velocity_std = 0.02;
-  return e;
-}
-// What such a vehicle's own description would say. The simulated one stands exactly still and its
-// wheel does not leave its way: the sigmas that a real one needs for that (zero velocity, the
-// constraint's constant part) would only make the band too wide, and are not used.
-NavigatorConfig config_of(const VehicleErrors& e, double dt) {
-  NavigatorConfig c;
-  c.ellipsoid = wgs84();
-  c.imu_interval = dt;
-  c.gyro_noise = e.gyro_noise, c.gyro_bias = e.gyro_bias;
-  c.accel_noise = e.accel_noise, c.accel_bias = e.accel_bias;
-  c.scale_std = e.scale_std, c.scale_walk = e.scale_walk;
-  c.quantisation = e.quantisation, c.scale_noise = e.scale_noise;
-  c.nhc_side = e.side, c.nhc_up = e.up, c.nhc_turn = e.side_turn, c.nhc_std = 1e-4;
-  c.distance_std = e.distance_noise, c.stamp_jitter = 0;
-  c.use_zupt = false;
-  c.tau_std = e.tau_std;
-  c.standstill.sigma_w = 3 * e.gyro_noise / std::sqrt(dt);
-  c.standstill.sigma_f = 3 * e.accel_noise / std::sqrt(dt);
-  return c;
-}
 
 struct Means {
   std::vector<Nees> mean;                         // over runs, at each epoch
@@ -62,7 +27,7 @@ Means run(const RouteTruth& route, const VehicleErrors& e, int runs, std::uint64
   const auto every = static_cast<std::size_t>(std::lround(5.0 / route.dt));
   for (int r = 0; r < runs; ++r) {
     SimulatedVehicle vehicle(route, e, seed, static_cast<std::uint64_t>(r));
-    Navigator nav(config_of(e, route.dt));
+    Navigator nav(filter_config(e, route.dt));
     nav.start({vehicle.start(), vehicle.start_covariance()});
     std::size_t sample = 0, n = 0;
     while (vehicle.next()) {
@@ -127,7 +92,7 @@ TEST(FilterConsistency, NeesIsInItsBandOnEveryRoute) {
                                {"nine", &Nees::nine, 9},
                                {"fifteen", &Nees::fifteen, 15}};
   for (const bool fixes : {false, true}) {
-    VehicleErrors e = tactical();
+    VehicleErrors e = tactical_vehicle();
     if (fixes) e.fix_every = 30;
     for (const char* name : {"straight", "mixed", "closed"}) {
       const std::string route = name;
@@ -171,7 +136,7 @@ TEST(FilterConsistency, NeesIsInItsBandOnEveryRoute) {
 // to 0.1 s make 3 mm together, second order, which the wheel would be believed against. [EST-12]
 TEST(FilterConsistency, AGoodWheelIsNotBelievedBeyondScaleTimesDelay) {
   constexpr int kRuns = 400;
-  VehicleErrors e = tactical();
+  VehicleErrors e = tactical_vehicle();
   e.scale_noise = 0, e.distance_noise = 5e-4;
   const Means m = run(route_truth(acceptance_route("straight", 20), 50), e, kRuns, 1);
   std::printf("k %.2f (%+.2f) tau %.2f\n", m.k2, m.k1, m.tau2);

@@ -34,6 +34,38 @@ long count(double interval, double dt) { return std::max(1L, std::lround(interva
 
 }  // namespace
 
+VehicleErrors tactical_vehicle() {
+  VehicleErrors e;
+  e.gyro_bias = 1 * deg_per_h, e.gyro_noise = 0.05 * deg_per_sqrt_h;
+  e.accel_bias = 300 * ug, e.accel_noise = 0.02 * mps_per_sqrt_h;
+  e.gyro_bias_walk = 0.3 * e.gyro_bias * std::sqrt(2.0 / 3600);
+  e.accel_bias_walk = 0.3 * e.accel_bias * std::sqrt(2.0 / 3600);
+  e.scale_std = 0.03, e.eps_h_std = e.eps_p_std = 2 * deg, e.scale_walk = 3e-5;
+  e.scale_noise = 1e-3, e.distance_noise = 0.01, e.quantisation = 0.001;
+  e.lever_std = 0.3, e.tau_std = 0.1;
+  e.side = 0.02, e.up = 0.03, e.side_turn = 0.02;
+  e.level_std = 0.003 * deg, e.heading_std = 0.5 * deg;
+  e.position_std = 1, e.velocity_std = 0.02;
+  return e;
+}
+
+NavigatorConfig filter_config(const VehicleErrors& e, double dt) {
+  NavigatorConfig c;
+  c.ellipsoid = wgs84();
+  c.imu_interval = dt;
+  c.gyro_noise = e.gyro_noise, c.gyro_bias = e.gyro_bias;
+  c.accel_noise = e.accel_noise, c.accel_bias = e.accel_bias;
+  c.scale_std = e.scale_std, c.scale_walk = e.scale_walk;
+  c.quantisation = e.quantisation, c.scale_noise = e.scale_noise;
+  c.nhc_side = e.side, c.nhc_up = e.up, c.nhc_turn = e.side_turn, c.nhc_std = 1e-4;
+  c.distance_std = e.distance_noise, c.stamp_jitter = 0;
+  c.use_zupt = false;
+  c.tau_std = e.tau_std;
+  c.standstill.sigma_w = 3 * e.gyro_noise / std::sqrt(dt);
+  c.standstill.sigma_f = 3 * e.accel_noise / std::sqrt(dt);
+  return c;
+}
+
 std::size_t RouteTruth::at(double t) const {
   return static_cast<std::size_t>(
       std::clamp(std::lround(t / dt), 0L, static_cast<long>(state.size()) - 1));

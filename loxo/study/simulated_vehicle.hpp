@@ -12,6 +12,8 @@
 
 namespace loxo {
 
+struct NavigatorConfig;
+
 // Truth at the IMU's rate, of the point of the vehicle that follows its way (where the odometer
 // measures) and in the vehicle's own axes (right, forward, up; no mounting).
 struct RouteTruth {
@@ -54,6 +56,15 @@ struct VehicleErrors {
   bool static_heading = false;
   double level_std = 0, heading_std = 0, position_std = 0, velocity_std = 0;
 };
+// A tactical unit (1 deg/h, 300 ug, a third of each moving within an hour), a wheel of a millimetre
+// whose scale, mounting, lever and delay are unknown (3 %, 2 deg, 0.3 m, 0.1 s); a level of the
+// accelerometers', a heading given to half a degree; no fixes.
+VehicleErrors tactical_vehicle();
+// What such a vehicle's own description would tell the joint filter; dt: of the IMU, s. The
+// simulated one stands exactly still and its wheel does not leave its way: the sigmas that a real
+// one needs for that (zero velocity, the constraint's constant part) would only make the filter's
+// covariance too wide, and are not used.
+NavigatorConfig filter_config(const VehicleErrors& errors, double dt);
 
 // One run; the same (seed, run) is the same run.
 class SimulatedVehicle {

@@ -10,43 +10,11 @@
 
 #include "loxo/estimate/navigator.hpp"
 #include "loxo/estimate/smoother.hpp"
-#include "loxo/num/units.hpp"
 #include "loxo/study/consistency.hpp"
 #include "loxo/study/simulated_vehicle.hpp"
 
 namespace loxo {
 namespace {
-
-VehicleErrors sensors() {
-  VehicleErrors e;
-  e.gyro_bias = 1 * deg_per_h, e.gyro_noise = 0.05 * deg_per_sqrt_h;
-  e.accel_bias = 300 * ug, e.accel_noise = 0.02 * mps_per_sqrt_h;
-  e.gyro_bias_walk = 0.3 * e.gyro_bias * std::sqrt(2.0 / 3600);
-  e.accel_bias_walk = 0.3 * e.accel_bias * std::sqrt(2.0 / 3600);
-  e.scale_std = 0.03, e.eps_h_std = e.eps_p_std = 2 * deg, e.scale_walk = 3e-5;
-  e.scale_noise = 1e-3, e.distance_noise = 0.01, e.quantisation = 0.001;
-  e.lever_std = 0.3;
-  e.side = 0.02, e.up = 0.03, e.side_turn = 0.02;
-  e.level_std = 0.003 * deg, e.heading_std = 0.5 * deg;
-  e.position_std = 1, e.velocity_std = 0.02;
-  e.fix_every = 30;
-  return e;
-}
-NavigatorConfig config_of(const VehicleErrors& e, double dt) {
-  NavigatorConfig c;
-  c.ellipsoid = wgs84();
-  c.imu_interval = dt;
-  c.gyro_noise = e.gyro_noise, c.gyro_bias = e.gyro_bias;
-  c.accel_noise = e.accel_noise, c.accel_bias = e.accel_bias;
-  c.scale_std = e.scale_std, c.scale_walk = e.scale_walk;
-  c.quantisation = e.quantisation, c.scale_noise = e.scale_noise;
-  c.nhc_side = e.side, c.nhc_up = e.up, c.nhc_turn = e.side_turn, c.nhc_std = 1e-4;
-  c.distance_std = e.distance_noise, c.stamp_jitter = 0;
-  c.use_zupt = false;  // the simulated vehicle stands exactly still: the band would be too wide
-  c.standstill.sigma_w = 3 * e.gyro_noise / std::sqrt(dt);
-  c.standstill.sigma_f = 3 * e.accel_noise / std::sqrt(dt);
-  return c;
-}
 
 struct Sums {
   std::vector<double> nine;           // mean NEES of the nine navigation states, by epoch
@@ -55,14 +23,15 @@ struct Sums {
   long epochs = 0;
 };
 Sums run(const char* name, double length, int runs, std::uint64_t seed) {
-  const VehicleErrors e = sensors();
+  VehicleErrors e = tactical_vehicle();
+  e.tau_std = 0, e.fix_every = 30;
   const double rate = 50;
   const RouteTruth route = route_truth(acceptance_route(name, length), rate);
   Sums out;
   for (int r = 0; r < runs; ++r) {
     SimulatedVehicle vehicle(route, e, seed, static_cast<std::uint64_t>(r));
     SmootherTape tape;
-    Navigator nav(config_of(e, route.dt));
+    Navigator nav(filter_config(e, route.dt));
     nav.set_tape(&tape);
     nav.start({vehicle.start(), vehicle.start_covariance()});
     std::vector<NominalState> truth = {vehicle.truth()};
