@@ -15,6 +15,7 @@
 
 #include "loxo/study/campaign.hpp"
 #include "program.hpp"
+#include "test_seed.hpp"
 
 namespace {
 using namespace loxo;
@@ -94,15 +95,9 @@ int shell(const std::string& line) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 
-unsigned seed() {
-  const char* s = std::getenv("LOXO_SEED");
-  return s ? static_cast<unsigned>(std::strtoul(s, nullptr, 10)) : std::random_device{}();
-}
-
 TEST(CampaignRun, KilledAtAnyInstantItEndsWithTheRowsOfAnUndisturbedRun) {
   const int kills = std::getenv("LOXO_LONG") ? 200 : 20;
-  const unsigned s = seed();
-  std::mt19937 gen(s);
+  std::mt19937 gen(loxo::testing::seed());
   const std::string file = campaign_file(), whole = undisturbed();
   int done = 0, round = 0;
   while (done < kills) {
@@ -116,9 +111,9 @@ TEST(CampaignRun, KilledAtAnyInstantItEndsWithTheRowsOfAnUndisturbedRun) {
       ::waitpid(pid, &status, 0);
       if (WIFSIGNALED(status)) ++done;
       finished = (WIFEXITED(status) && WEXITSTATUS(status) == 0) || done >= kills;
-      ASSERT_TRUE(WIFSIGNALED(status) || WEXITSTATUS(status) == 0) << "seed " << s;
+      ASSERT_TRUE(WIFSIGNALED(status) || WEXITSTATUS(status) == 0);
     }
-    ASSERT_EQ(run("campaign run " + file + " --quiet -o " + store).exit_code, 0) << "seed " << s;
+    ASSERT_EQ(run("campaign run " + file + " --quiet -o " + store).exit_code, 0);
     expect_same_rows(store, whole);
     std::filesystem::remove(store);
   }

@@ -6,24 +6,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <random>
 
 #include "loxo/calibrate/least_squares.hpp"
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
-
-std::uint64_t seed() {
-  const char* given = std::getenv("LOXO_SEED");
-  const std::uint64_t s =
-      given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
-  std::printf("LOXO_SEED=%llu\n", static_cast<unsigned long long>(s));
-  return s;
-}
 
 // A winding way, `n` rows of about `ds` m, reversing now and then.
 std::vector<TrackStep> winding(std::size_t n, double ds, std::mt19937_64& random, double height = 0,
@@ -68,7 +59,7 @@ Benchmark at(double lat, double lon, double std = 0) {
 // agree within the two arcs' errors of 2e-8 m (section 10), sensitivities within the step's share
 // of a derivative that both take at mid-step, 1e-9 of the way.
 TEST(Replay, SumsAreTheSteps) {
-  std::mt19937_64 random(seed());
+  std::mt19937_64 random(testing::seed());
   for (const double lat : {0.0, 55.0, -70.0, 88.5, -89.6})
     for (const double ds : {0.02, 2.5, 9.0, 60.0}) {
       // No draw may cross the pole, where a track has no position: scale 1.3, every row straight
@@ -125,7 +116,7 @@ TEST(Replay, SumsGiveWayAtThePole) {
 // (V-39), (V-40) and the columns of 5.1 against central differences, in every regime. The
 // derivatives of a step are those at mid-step: 1e-7 of the way for steps of 10 m.
 TEST(Replay, SensitivitiesAreDerivatives) {
-  std::mt19937_64 random(seed());
+  std::mt19937_64 random(testing::seed());
   for (const double lat : {0.0, 55.0, -70.0, 89.0})
     for (const bool hills : {false, true}) {
       auto steps = winding(400, 10, random, hills ? 300 : 0, hills ? 0.1 : 0);
@@ -169,7 +160,7 @@ TEST(Replay, SensitivitiesAreDerivatives) {
 // (V-43) term by term against its definition: positions as sums of increments, each with its error,
 // the errors' covariance written out. Rounding only.
 TEST(Replay, CovarianceOfResidualsIsThatOfItsErrors) {
-  std::mt19937_64 random(seed());
+  std::mt19937_64 random(testing::seed());
   auto steps = winding(40, 20, random, 0, 0.1);
   steps[17].ds = 0;  // at rest: no heading of its own
   const auto track = track_of(steps);
@@ -274,7 +265,7 @@ TEST(Replay, CovarianceOfResidualsIsThatOfItsErrors) {
 // An alignment error turns the whole way and stretches nothing: the scale's error bar is zero,
 // never a root of what rounding leaves below it.
 TEST(Replay, AlignmentLeavesTheScaleAlone) {
-  std::mt19937_64 random(seed());
+  std::mt19937_64 random(testing::seed());
   TrackErrorModel errors;
   errors.heading_bias = 1 * arcmin;
   for (int i = 0; i < 200; ++i) {

@@ -11,21 +11,15 @@
 
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
 
 constexpr double kGaussGoal = 2e-8;  // m, vehicle.md section 10
 
-std::uint64_t seed() {
-  const char* given = std::getenv("LOXO_SEED");
-  return given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
-}
-
 TEST(GaussKrueger, AgreesWithTheExactTransverseMercator) {
-  const std::uint64_t s = seed();
-  std::printf("LOXO_SEED=%llu\n", static_cast<unsigned long long>(s));
-  std::mt19937_64 random(s);
+  std::mt19937_64 random(testing::seed());
   std::uniform_real_distribution<double> lat_of(-89.99, 89.99), offset_of(-40.0, 40.0),
       lon0_of(-180.0, 180.0);
   const int n = std::getenv("LOXO_LONG") != nullptr ? 1000000 : 50000;

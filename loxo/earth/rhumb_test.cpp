@@ -13,6 +13,7 @@
 
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -25,11 +26,6 @@ constexpr double kDirectGoal = 2e-13 * deg;  // of position: longitude times cos
 constexpr double kArcGoal = 2e-8;            // m
 
 int pairs() { return std::getenv("LOXO_LONG") != nullptr ? 2000000 : 100000; }
-
-std::uint64_t seed() {
-  const char* given = std::getenv("LOXO_SEED");
-  return given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
-}
 
 std::vector<Ellipsoid> earths() {
   return {wgs84(), krassovsky(), make_sphere(6371000.0), make_ellipsoid("oblate", 6.4e6, 0.01)};
@@ -80,8 +76,7 @@ struct Pairs {
 };
 
 TEST(Rhumb, InverseAndDirectAgreeWithGeographicLib) {  // (V-8), (V-17)
-  const std::uint64_t s = seed();
-  std::printf("LOXO_SEED=%llu\n", static_cast<unsigned long long>(s));
+  const std::uint64_t s = testing::seed();
   double worst_distance = 0, worst_across = 0, worst_angle = 0, worst_lat = 0, worst_lon = 0;
   for (const Ellipsoid& ell : earths()) {
     Pairs make{std::mt19937_64(s)};

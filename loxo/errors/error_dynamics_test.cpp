@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <cstdlib>
 #include <random>
 #include <unsupported/Eigen/MatrixFunctions>
 
@@ -14,17 +13,10 @@
 #include "loxo/earth/gravity.hpp"
 #include "loxo/errors/level_errors.hpp"
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
-
-unsigned seed() {
-  const char* s = std::getenv("LOXO_TEST_SEED");
-  const unsigned k = s ? static_cast<unsigned>(std::atoi(s)) : std::random_device{}();
-  ::testing::Test::RecordProperty("seed", static_cast<int>(k));
-  std::printf("seed %u (LOXO_TEST_SEED to repeat)\n", k);
-  return k;
-}
 
 struct Place {
   double lat, lon;
@@ -91,7 +83,7 @@ ErrorPoint<Ecef> point_of(const Ellipsoid& ell, const Scene& s) {
 }
 
 TEST(GravityGradient, EqualsDifferencesEverywhere) {
-  std::mt19937 rng(seed());
+  std::mt19937 rng(testing::seed());
   const Ellipsoid sphere = make_sphere(6371000);
   for (const Ellipsoid* ell : {&wgs84(), &paper_sphere(), &sphere}) {
     for (const Place& p : kPlaces) {
@@ -113,7 +105,7 @@ TEST(GravityGradient, EqualsDifferencesEverywhere) {
 
 // [EST-3] on ECEF axes against differences of the non-linear equations, all 21 columns.
 TEST(ErrorRates, EcefColumnsEqualDifferences) {
-  std::mt19937 rng(seed());
+  std::mt19937 rng(testing::seed());
   const Ellipsoid& ell = wgs84();
   for (const Place& p : kPlaces) {
     const Scene s = scene_at(ell, p, rng);
@@ -206,7 +198,7 @@ void check_level(const Ellipsoid& ell, const Scene& s, const LevelAxes<double>& 
     }
 }
 TEST(ErrorRates, LevelAxesAreTurnedEcefAxes) {
-  std::mt19937 rng(seed());
+  std::mt19937 rng(testing::seed());
   const Ellipsoid& ell = wgs84();
   for (const Place& p : kPlaces) {
     const Scene s = scene_at(ell, p, rng);
@@ -224,7 +216,7 @@ TEST(ErrorRates, LevelAxesAreTurnedEcefAxes) {
 // the figures are the specification's: 1e-9 at 10 ms, 1e-7 at 0.1 s, here with a factor for random
 // rates up to 0.5 rad/s.
 TEST(ErrorTransition, AgreesWithTheMatrixExponential) {
-  std::mt19937 rng(seed());
+  std::mt19937 rng(testing::seed());
   const Ellipsoid& ell = wgs84();
   const double size[7] = {1e-3, 0.1, 10, 1e-5, 1e-2, 1e-4, 1e-4};
   for (const Place& p : kPlaces) {
@@ -259,7 +251,7 @@ TEST(ErrorTransition, AgreesWithTheMatrixExponential) {
 
 // [EST-5] against Van Loan.
 TEST(ErrorNoise, AgreesWithVanLoan) {
-  std::mt19937 rng(seed());
+  std::mt19937 rng(testing::seed());
   const Ellipsoid& ell = wgs84();
   const Scene s = scene_at(ell, kPlaces[2], rng);
   const ErrorPoint<Ecef> p = point_of(ell, s);
@@ -297,7 +289,7 @@ LevelAxes<double> axes_of(FrameId frame, const Ellipsoid& ell, const NormalHeigh
 
 // [EST-2]: T against differences of the exact frame quantities of displaced motions.
 TEST(LevelErrors, ClassicalErrorsEqualDifferences) {
-  std::mt19937 rng(seed());
+  std::mt19937 rng(testing::seed());
   const Ellipsoid& ell = wgs84();
   for (FrameId frame : {FrameId::kGeographic, FrameId::kTransverse, FrameId::kGrid}) {
     for (double lat : {0.3 * deg, 45 * deg, -45 * deg, 80 * deg, 89 * deg}) {
@@ -365,7 +357,7 @@ TEST(LevelErrors, ClassicalErrorsEqualDifferences) {
 // [EST-16], and its second law: the covariance on ECEF axes is the same from every frame, after any
 // chain of switches.
 TEST(LevelErrors, SwitchingFramesLosesNothing) {
-  std::mt19937 rng(seed());
+  std::mt19937 rng(testing::seed());
   std::normal_distribution<double> g;
   const Ellipsoid& ell = wgs84();
   for (double lat : {45 * deg, -70 * deg, 89 * deg, 89.99 * deg}) {
@@ -450,7 +442,7 @@ void transverse_rates(const Ellipsoid& ell, const TransverseMotion& x, const Vec
   pdot[0] = rN, pdot[1] = rE / cp, pdot[2] = x.v[2];
 }
 TEST(LevelErrors, TransverseBlockModelEqualsDifferences) {
-  std::mt19937 rng(seed());
+  std::mt19937 rng(testing::seed());
   std::uniform_real_distribution<double> u(-1, 1);
   const Ellipsoid sphere = make_sphere(6371000);
   for (const Ellipsoid* ell : {&wgs84(), &paper_sphere(), &sphere}) {
@@ -523,7 +515,7 @@ TEST(LevelErrors, TransverseBlockModelEqualsDifferences) {
 // (V-53) against differences: radii held fixed, no vertical channel, metres with the local scale
 // held fixed.
 TEST(LevelErrors, GeographicTwelveStatesEqualDifferences) {
-  std::mt19937 rng(seed());
+  std::mt19937 rng(testing::seed());
   std::uniform_real_distribution<double> u(-1, 1);
   const Ellipsoid& ell = wgs84();
   for (double lat : {0.0, 40 * deg, -65 * deg, 85 * deg}) {

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <cstdlib>
 #include <functional>
 #include <random>
 #include <unsupported/Eigen/MatrixFunctions>
@@ -17,16 +16,10 @@
 #include "loxo/earth/gravity.hpp"
 #include "loxo/errors/level_errors.hpp"
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
-
-std::mt19937 generator() {
-  const char* s = std::getenv("LOXO_TEST_SEED");
-  const unsigned k = s ? static_cast<unsigned>(std::atoi(s)) : std::random_device{}();
-  std::printf("seed %u (LOXO_TEST_SEED to repeat)\n", k);
-  return std::mt19937(k);
-}
 
 // A mechanization of a level frame: its axes are part of the state.
 struct LevelMotion {
@@ -241,7 +234,7 @@ std::vector<std::pair<const char*, AxesOf>> frames_near(const Ellipsoid& ell, co
 }
 
 TEST(ErrorModels, EveryFrameEqualsDifferencesOfItsMechanization) {  // [EST-3]
-  std::mt19937 rng = generator();
+  std::mt19937 rng(testing::seed());
   const Ellipsoid sphere = make_sphere(6371000);
   for (const Ellipsoid* ell : {&wgs84(), &sphere}) {
     for (const Place& place : kPlaces)
@@ -268,7 +261,7 @@ TEST(ErrorModels, EveryFrameEqualsDifferencesOfItsMechanization) {  // [EST-3]
 
 // The transport rate is the turn of the axes along the way: C_me' = -[w_em] C_me. polar.md 2.4
 TEST(ErrorModels, TransportRateIsTheTurnOfTheAxes) {
-  std::mt19937 rng = generator();
+  std::mt19937 rng(testing::seed());
   const Ellipsoid& ell = wgs84();
   for (const Place& place : kPlaces) {
     const Scene s = scene_at(ell, place, Regime::kRandom, rng);
@@ -297,7 +290,7 @@ TEST(ErrorModels, TransportRateIsTheTurnOfTheAxes) {
 
 // [EST-2] at five latitudes in each frame, the wander frame too (th_U = 0: carried without a turn).
 TEST(ErrorModels, ClassicalErrorsAtFiveLatitudes) {
-  std::mt19937 rng = generator();
+  std::mt19937 rng(testing::seed());
   const Ellipsoid& ell = wgs84();
   for (const double lat : {0.3 * deg, 45 * deg, 80 * deg, 89 * deg, 89.99 * deg}) {
     const Scene s = scene_at(ell, {lat, 40 * deg}, Regime::kRandom, rng);
@@ -369,7 +362,7 @@ ErrorPoint<Ecef> ecef_point(const Ellipsoid& ell, const Scene& s) {
 // [EST-4] against the matrix exponential of F, scaled by typical sizes of the states, at rest and
 // climbing: the specification names 1e-9, 1e-7 and 1.5e-5.
 TEST(ErrorModels, TransitionsAtThreeSteps) {
-  std::mt19937 rng = generator();
+  std::mt19937 rng(testing::seed());
   const Ellipsoid& ell = wgs84();
   const double size[7] = {1e-3, 0.1, 10, 1e-5, 1e-2, 1e-4, 1e-4};
   double worst[3]{};
@@ -399,7 +392,7 @@ TEST(ErrorModels, TransitionsAtThreeSteps) {
 
 // [EST-5] against Van Loan at three steps; at 1 s the term (T/3) N_g^2 [dv][dv]^T that it names.
 TEST(ErrorModels, NoiseAtThreeSteps) {
-  std::mt19937 rng = generator();
+  std::mt19937 rng(testing::seed());
   const Ellipsoid& ell = wgs84();
   const double ng = 0.1 * deg_per_sqrt_h, na = 0.05 * mps_per_sqrt_h;
   for (const Place& place : kPlaces) {

@@ -4,7 +4,6 @@
 // and braking, from the equator to the pole; and the delay's column against the shifted way.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
 
 #include "loxo/earth/geodetic.hpp"
@@ -12,6 +11,7 @@
 #include "loxo/estimate/measurements.hpp"
 #include "loxo/ins/strapdown.hpp"
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -73,11 +73,7 @@ End second(const Motion& m, const double* x, TransitionProduct* product) {
 }
 
 TEST(Accumulators, ASecondOfStepsEqualsDifferences) {  // [EST-12]
-  const char* text = std::getenv("LOXO_TEST_SEED");
-  const unsigned seed =
-      text ? static_cast<unsigned>(std::atoi(text)) : static_cast<unsigned>(std::random_device{}());
-  std::printf("seed %u (LOXO_TEST_SEED to repeat)\n", seed);
-  std::mt19937 rng(seed);
+  std::mt19937 rng(testing::seed());
   std::uniform_real_distribution<double> u(-1, 1);
   for (const double lat : {0.0, 50 * deg, -80 * deg, 89.9 * deg, 90 * deg}) {
     Motion m;

@@ -6,12 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <cstdlib>
 #include <random>
 
 #include "loxo/estimate/exact_route.hpp"
 #include "loxo/estimate/navigator.hpp"
 #include "loxo/estimate/smoother.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -19,14 +19,8 @@ namespace {
 using Dense = Eigen::Matrix<double, kAllStates, kAllStates>;
 
 struct Draw {
-  std::mt19937_64 rng;
+  std::mt19937_64 rng{testing::seed()};
   std::normal_distribution<double> g;
-  Draw() {
-    const char* s = std::getenv("LOXO_TEST_SEED");
-    const unsigned k = s ? static_cast<unsigned>(std::atoi(s)) : std::random_device{}();
-    std::printf("seed %u (LOXO_TEST_SEED to repeat)\n", k);
-    rng.seed(k);
-  }
   double operator()() { return g(rng); }
   Vec<Body> body(double k) { return {k * g(rng), k * g(rng), k * g(rng)}; }
   Block3<> block() {

@@ -6,6 +6,8 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "test_seed.hpp"
+
 namespace loxo {
 namespace {
 
@@ -13,13 +15,8 @@ template <int N>
 using Dense = Eigen::Matrix<double, N, N>;
 
 struct Draw {
-  std::mt19937 rng;
+  std::mt19937 rng{testing::seed()};
   std::normal_distribution<double> g;
-  Draw() : rng(std::random_device{}()) {
-    const auto s = static_cast<unsigned>(rng());
-    std::printf("seed %u\n", s);
-    rng.seed(s);
-  }
   double operator()() { return g(rng); }
   Block3<> block(double k) {
     Block3<> b;

@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <functional>
 #include <random>
 
 #include "loxo/estimate/exact_route.hpp"
 #include "loxo/estimate/navigator.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -50,7 +50,7 @@ struct Message {
 };
 // Fixes with velocities, headings, heights and a velocity log of a seeded drive, and the wheel.
 // `delay`: of message n.
-std::vector<Message> messages(unsigned seed, const std::function<double(int)>& delay,
+std::vector<Message> messages(std::uint64_t seed, const std::function<double(int)>& delay,
                               double wheel_delay) {
   std::mt19937_64 rng(seed);
   std::normal_distribution<double> g;
@@ -124,15 +124,8 @@ void expect_same(const Navigator& a, const Navigator& b) {
   }
   EXPECT_EQ(a.events().standing, b.events().standing);
 }
-unsigned seed() {
-  const char* s = std::getenv("LOXO_TEST_SEED");
-  const unsigned k = s ? static_cast<unsigned>(std::atoi(s)) : std::random_device{}();
-  std::printf("seed %u (LOXO_TEST_SEED to repeat)\n", k);
-  return k;
-}
-
 TEST(LateMeasurements, ComeToTheSameStateAsInTime) {
-  const unsigned k = seed();
+  const std::uint64_t k = testing::seed();
   Navigator in_time(settings());
   drive(in_time, messages(
                      k, [](int) { return 0.0; }, 0.0));
@@ -158,7 +151,7 @@ TEST(LateMeasurements, ComeToTheSameStateAsInTime) {
 }
 // The bus brings the wheel's readings 80 ms late, the fixes half a second.
 TEST(LateMeasurements, TheWheelToo) {
-  const unsigned k = seed();
+  const std::uint64_t k = testing::seed();
   Navigator in_time(settings()), late(settings());
   drive(in_time, messages(
                      k, [](int) { return 0.0; }, 0.0));
@@ -171,7 +164,7 @@ TEST(LateMeasurements, TheWheelToo) {
 // Until it comes nothing of it is known; while it waits for the next sample the state is the old
 // one.
 TEST(LateMeasurements, AreUsedAtTheNextSample) {
-  const unsigned k = seed();
+  const std::uint64_t k = testing::seed();
   Navigator without(settings()), with(settings());
   auto m = messages(
       k, [](int) { return 0.0; }, 0.0);
@@ -197,7 +190,7 @@ TEST(LateMeasurements, AreUsedAtTheNextSample) {
 }
 // Older than what is remembered, before the start, or with a tape: refused, said, nothing changed.
 TEST(LateMeasurements, TooOldOnesAreRefusedAndSaid) {
-  const unsigned k = seed();
+  const std::uint64_t k = testing::seed();
   Navigator a(settings()), b(settings());
   const auto m = messages(
       k, [](int) { return 0.0; }, 0.0);
@@ -240,7 +233,7 @@ TEST(LateMeasurements, TooOldOnesAreRefusedAndSaid) {
 }
 // A longer memory where the receiver needs it.
 TEST(LateMeasurements, TheMemoryIsAsLongAsAsked) {
-  const unsigned k = seed();
+  const std::uint64_t k = testing::seed();
   NavigatorConfig c = settings();
   c.late_limit = 20;
   Navigator in_time(c), late(c);
@@ -258,7 +251,7 @@ TEST(LateMeasurements, ARejectedOneIsSaid) {
   Navigator nav(settings());
   drive(nav,
         messages(
-            seed(), [](int) { return 0.0; }, 0.0),
+            testing::seed(), [](int) { return 0.0; }, 0.0),
         40);
   Fix f;
   f.t = 39.0;

@@ -13,6 +13,7 @@
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/errors/level_errors.hpp"
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -23,13 +24,8 @@ struct World {  // truth = point + state; `w` the measured body rate without its
 };
 
 struct Regime {
-  std::mt19937 rng;
+  std::mt19937 rng{testing::seed()};
   std::uniform_real_distribution<double> u{-1, 1};
-  Regime() {
-    const auto s = std::random_device{}();
-    std::printf("seed %u\n", s);
-    rng.seed(s);
-  }
   double operator()() { return u(rng); }
   World at(double lat) {
     World w;

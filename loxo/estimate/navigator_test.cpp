@@ -7,11 +7,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <cstdlib>
 #include <random>
 
 #include "loxo/estimate/exact_route.hpp"
 #include "loxo/estimate/smoother.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -78,7 +78,7 @@ struct Trace {
   bool inside = true;                          // 99.9 % band or health at every epoch
 };
 
-Trace run(const ExactRoute& route, unsigned seed, const Faults& f = {},
+Trace run(const ExactRoute& route, std::uint64_t seed, const Faults& f = {},
           FilterTape* tape = nullptr) {
   std::mt19937_64 rng(seed);
   std::normal_distribution<double> g;
@@ -211,12 +211,7 @@ Trace run(const ExactRoute& route, unsigned seed, const Faults& f = {},
   return out;
 }
 
-unsigned base_seed() {
-  const char* s = std::getenv("LOXO_TEST_SEED");
-  const unsigned k = s ? static_cast<unsigned>(std::atoi(s)) : 11u;
-  std::printf("seed %u\n", k);
-  return k;
-}
+std::uint64_t base_seed() { return testing::seed(11); }
 
 // [EST-14]: the level and the heading that means of gyros and accelerometers give (4.1), against
 // their covariance.

@@ -15,17 +15,10 @@
 #include <vector>
 
 #include "loxo/estimate/exact_route.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
-
-unsigned seed_of_test() {
-  const char* given = std::getenv("LOXO_TEST_SEED");
-  const unsigned seed =
-      given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
-  std::printf("seed %u\n", seed);
-  return seed;
-}
 
 // A drive from rest by 1 m/s^2 to 20 m/s, with a turn of 40 deg after a minute where asked; its
 // wheel says 1 + dk times the way, its IMU stands mu clockwise of the way.
@@ -56,7 +49,7 @@ SegmentedConfig config_of() {
   return c;
 }
 using Seen = std::function<void(const SegmentedEpoch&, std::size_t)>;
-void drive(const Vehicle& v, const ExactRoute& route, const SegmentedConfig& c, unsigned seed,
+void drive(const Vehicle& v, const ExactRoute& route, const SegmentedConfig& c, std::uint64_t seed,
            const Seen& seen) {
   std::mt19937 rng(seed);
   std::normal_distribution<double> g;
@@ -313,7 +306,7 @@ TEST(Segmented, ATacticalUnitIsForced) {
 // INS, track, weighted and joint position over their own covariance, before and after the switch.
 // The INS's phi_U, which both share, is what makes the cross covariance.
 void stated_covariances_are_true(bool found) {
-  const unsigned seed = seed_of_test();
+  const std::uint64_t seed = testing::seed();
   std::mt19937 rng(seed);
   std::normal_distribution<double> g;
   constexpr int kRuns = 48;
@@ -337,22 +330,23 @@ void stated_covariances_are_true(bool found) {
     if (found)
       v.phi =
           v.phi + Vec<Geographic>{-an.y / gamma, an.x / gamma, (-gn.x + wu * an.x / gamma) / wn};
-    drive(
-        v, route, c, seed + static_cast<unsigned>(r), [&](const SegmentedEpoch& e, std::size_t i) {
-          for (int j = 0; j < 4; ++j) {
-            if (std::fabs(e.t - times[j]) > 0.01) continue;
-            const Horizontal* h[4] = {&e.ins, &e.reckoned, &e.weighted, &e.joint};
-            const Geodetic<double>& at = route.place[i];
-            const double s = std::sin(at.lat);
-            for (int m = 0; m < 4; ++m) {
-              const double de = wrap_pi(h[m]->lon - at.lon) * prime_vertical_radius(wgs84(), s) *
-                                std::cos(at.lat),
-                           dn = (h[m]->lat - at.lat) * meridian_radius(wgs84(), s);
-              const double a = h[m]->cov[0], b = h[m]->cov[1], d = h[m]->cov[2];
-              nees[m][j] += (d * de * de - 2 * b * de * dn + a * dn * dn) / (a * d - b * b) / kRuns;
+    drive(v, route, c, seed + static_cast<std::uint64_t>(r),
+          [&](const SegmentedEpoch& e, std::size_t i) {
+            for (int j = 0; j < 4; ++j) {
+              if (std::fabs(e.t - times[j]) > 0.01) continue;
+              const Horizontal* h[4] = {&e.ins, &e.reckoned, &e.weighted, &e.joint};
+              const Geodetic<double>& at = route.place[i];
+              const double s = std::sin(at.lat);
+              for (int m = 0; m < 4; ++m) {
+                const double de = wrap_pi(h[m]->lon - at.lon) * prime_vertical_radius(wgs84(), s) *
+                                  std::cos(at.lat),
+                             dn = (h[m]->lat - at.lat) * meridian_radius(wgs84(), s);
+                const double a = h[m]->cov[0], b = h[m]->cov[1], d = h[m]->cov[2];
+                nees[m][j] +=
+                    (d * de * de - 2 * b * de * dn + a * dn * dn) / (a * d - b * b) / kRuns;
+              }
             }
-          }
-        });
+          });
   }
   // Chi-square of two degrees over 48 runs: mean 2, sigma 2/sqrt(48) = 0.29; four sigma. Slip and
   // walk are declared and not drawn, so that covariances are a little wide: over 60 seeds the means
@@ -360,9 +354,8 @@ void stated_covariances_are_true(bool found) {
   const char* names[] = {"INS", "reckoned", "weighted", "joint"};
   for (int m = 0; m < 4; ++m)
     for (int j = 0; j < 4; ++j) {
-      EXPECT_LT(nees[m][j], 2 + 4 * 0.29) << names[m] << " at " << times[j] << ", seed " << seed;
-      EXPECT_GT(nees[m][j], m < 2 ? 0.5 : 0.8 - 4 * 0.13)
-          << names[m] << " at " << times[j] << ", seed " << seed;
+      EXPECT_LT(nees[m][j], 2 + 4 * 0.29) << names[m] << " at " << times[j];
+      EXPECT_GT(nees[m][j], m < 2 ? 0.5 : 0.8 - 4 * 0.13) << names[m] << " at " << times[j];
     }
 }
 TEST(Segmented, StatedCovariancesAreTrueAfterAnAlignment) { stated_covariances_are_true(true); }
@@ -372,7 +365,7 @@ TEST(Segmented, StatedCovariancesAreTrueFromAGivenAttitude) { stated_covariances
 // road, where scale and speed hardly part, the scale runs away: here by more than a sigma in an
 // hour.
 TEST(Segmented, TheJointFiltersScaleDoesNotDriftOnAStraightRoad) {
-  const unsigned seed = seed_of_test();
+  const std::uint64_t seed = testing::seed();
   constexpr int kRuns = 16;
   Vehicle v;
   v.scale_noise = 5e-3, v.length = 3600;
@@ -382,13 +375,14 @@ TEST(Segmented, TheJointFiltersScaleDoesNotDriftOnAStraightRoad) {
   double mean = 0;
   for (int r = 0; r < kRuns; ++r) {
     double last = 0;
-    drive(v, route, c, seed + static_cast<unsigned>(r), [&](const SegmentedEpoch& e, std::size_t) {
-      last = (e.joint_k - 1 - v.dk) / e.joint_k_std;
-    });
+    drive(v, route, c, seed + static_cast<std::uint64_t>(r),
+          [&](const SegmentedEpoch& e, std::size_t) {
+            last = (e.joint_k - 1 - v.dk) / e.joint_k_std;
+          });
     mean += last / kRuns;
   }
   // The mean of 16 errors of at most one sigma: 0.25, four of them.
-  EXPECT_LT(std::fabs(mean), 1.0) << "seed " << seed;
+  EXPECT_LT(std::fabs(mean), 1.0);
 }
 
 struct Two {
@@ -431,7 +425,7 @@ double smaller_eigenvalue(const double m[4]) {
 // (V-60) is the covariance of what the weights make; (V-57) is its least over all weights, and
 // (V-58) what (V-57) becomes without cross covariance.
 TEST(SegmentedWeights, MinimumVarianceIsTheLeastOfAllAndNaiveIgnoresWhatIsShared) {
-  std::mt19937 rng(seed_of_test());
+  std::mt19937 rng(testing::seed());
   std::normal_distribution<double> g;
   for (int n = 0; n < 200; ++n) {
     const Two p = draw(rng, 0.1);
@@ -458,7 +452,7 @@ TEST(SegmentedWeights, MinimumVarianceIsTheLeastOfAllAndNaiveIgnoresWhatIsShared
 
 // (V-59) holds for every cross covariance that can be, and is the least trace of its family.
 TEST(SegmentedWeights, IntersectionIsConsistentForAnyCrossCovariance) {
-  std::mt19937 rng(seed_of_test());
+  std::mt19937 rng(testing::seed());
   for (int n = 0; n < 100; ++n) {
     const Two p = draw(rng, 0.01);
     double w[4], P[4], Q[4];

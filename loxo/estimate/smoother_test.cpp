@@ -6,6 +6,8 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "test_seed.hpp"
+
 namespace loxo {
 namespace {
 
@@ -16,9 +18,7 @@ using Vector = Eigen::VectorXd;
 // measurements. Singular P (states that are off, accumulators just reset) included.
 template <int n>
 void check() {
-  const auto seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 rng(seed);
+  std::mt19937 rng(testing::seed());
   std::normal_distribution<double> g;
   constexpr int epochs = 6;
 

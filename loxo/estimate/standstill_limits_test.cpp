@@ -7,11 +7,11 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <random>
 
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -32,8 +32,7 @@ struct Seconds {
   int standing = 0, dead = 0, spin = 0, all = 0;
 };
 Seconds seconds(const Scene& s, double length = 120) {
-  const char* given = std::getenv("LOXO_TEST_SEED");
-  std::mt19937_64 rng(given ? std::strtoull(given, nullptr, 10) : 7);
+  std::mt19937_64 rng(testing::seed(7));
   std::normal_distribution<double> g;
   StandstillConfig c;
   c.sigma_w = kSigmaW, c.sigma_f = kSigmaF;

@@ -5,8 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
+
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -24,7 +25,7 @@ struct Yard {
   StandstillConfig config;
   StandstillDetector detector;
   double t = 0;
-  explicit Yard(unsigned seed, StandstillConfig c = make()) : rng(seed), config(c), detector(c) {}
+  explicit Yard(StandstillConfig c = make()) : rng(testing::seed()), config(c), detector(c) {}
   static StandstillConfig make() {
     StandstillConfig c;
     c.sigma_w = 1e-3, c.sigma_f = 1e-2;
@@ -47,22 +48,15 @@ struct Yard {
     return last;
   }
 };
-unsigned seed() {
-  const char* s = std::getenv("LOXO_TEST_SEED");
-  const unsigned k = s ? static_cast<unsigned>(std::atoi(s)) : std::random_device{}();
-  std::printf("seed %u (LOXO_TEST_SEED to repeat)\n", k);
-  return k;
-}
-
 TEST(Standstill, AllThreeWitnessesMakeStanding) {
-  Yard y(seed());
+  Yard y;
   const StandstillVerdict v = y.drive({}, 3);
   EXPECT_TRUE(v.imu_quiet && v.wheel_known && v.wheel_quiet && v.filter_agrees);
   EXPECT_EQ(v.standing, Standing::kStanding);
   EXPECT_NEAR(v.length, 1.0, 1e-9);
   EXPECT_NEAR(v.mean_w.z, 5e-5, 5e-3);
   // Without a wheel the other two are enough.
-  Yard w(seed());
+  Yard w;
   Vehicle none;
   none.wheel = false;
   EXPECT_EQ(w.drive(none, 3).standing, Standing::kStanding);
@@ -70,7 +64,7 @@ TEST(Standstill, AllThreeWitnessesMakeStanding) {
 // The wheel is silent while the filter moves: for more than two seconds a dead encoder, never
 // parked.
 TEST(Standstill, ASilentWheelInMotionIsDead) {
-  Yard y(seed());
+  Yard y;
   Vehicle moving{20, 15, true, true}, dead = moving;
   dead.turns = false;
   EXPECT_EQ(y.drive(moving, 5).standing, Standing::kMoving);
@@ -86,7 +80,7 @@ TEST(Standstill, ASilentWheelInMotionIsDead) {
 // Parked, and somebody enters: the IMU is not quiet, wheel and filter say rest. Neither standing
 // nor a dead encoder.
 TEST(Standstill, AShakenParkedCarIsNeither) {
-  Yard y(seed());
+  Yard y;
   EXPECT_EQ(y.drive({}, 3).standing, Standing::kStanding);
   const StandstillVerdict v = y.drive({8, 0.05, true, false}, 10);
   EXPECT_EQ(v.standing, Standing::kMoving);
@@ -96,7 +90,7 @@ TEST(Standstill, AShakenParkedCarIsNeither) {
 // The wheel turns while IMU and filter are at rest: after two seconds spin (or the roll-out of a
 // speed filter), and zero velocity is used.
 TEST(Standstill, ATurningWheelAtRestIsSpin) {
-  Yard y(seed());
+  Yard y;
   EXPECT_EQ(y.drive({}, 3).standing, Standing::kStanding);
   const Vehicle spin{1, 0, true, true};
   EXPECT_EQ(y.drive(spin, 1).standing, Standing::kMoving);
@@ -105,7 +99,7 @@ TEST(Standstill, ATurningWheelAtRestIsSpin) {
 }
 // A quiet IMU and wheel beside a filter that moves fast: not standing.
 TEST(Standstill, TheFilterIsAWitnessToo) {
-  Yard y(seed());
+  Yard y;
   const StandstillVerdict v = y.drive({1, 15, true, false}, 2);
   EXPECT_TRUE(v.imu_quiet && v.wheel_quiet);
   EXPECT_FALSE(v.filter_agrees);
@@ -113,7 +107,7 @@ TEST(Standstill, TheFilterIsAWitnessToo) {
 }
 // A wheel that has stopped talking is no witness of rest.
 TEST(Standstill, AnOldReadingIsNoWitness) {
-  Yard y(seed());
+  Yard y;
   y.drive({}, 3);
   Vehicle gone;
   gone.wheel = false;
@@ -127,12 +121,12 @@ TEST(Standstill, ThresholdIsDerived) {
   EXPECT_NEAR(standstill_factor(10), 1.65, 0.02);
   EXPECT_GT(standstill_factor(5), standstill_factor(10));
   EXPECT_NEAR(standstill_factor(100000), 1.0, 0.01);
-  Yard y(seed());
+  Yard y;
   int standing = 0;
   for (int i = 0; i < 2000; ++i) standing += y.drive({}, 1).standing == Standing::kStanding;
   EXPECT_GE(standing, 1997);  // of the first windows, and 2e-6 a window
   // Twice the noise is seen in nearly every window: chi2_30 above 30 * 1.65^2/4 in 95 %.
-  Yard z(seed());
+  Yard z;
   int moving = 0;
   for (int i = 0; i < 300; ++i) moving += !z.drive({2, 0, true, false}, 1).imu_quiet;
   EXPECT_GT(moving, 270);

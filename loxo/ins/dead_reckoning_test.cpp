@@ -12,6 +12,7 @@
 #include "loxo/earth/rhumb.hpp"
 #include "loxo/num/lanes.hpp"
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -59,8 +60,7 @@ TEST(DeadReckoning, ConvergenceTable) {
 }
 
 TEST(DeadReckoning, ExactStepsAddUpToOneRhumbLineEverywhere) {
-  const unsigned seed = std::random_device{}();
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(testing::seed());
   std::uniform_real_distribution<double> lat(-88, 88), lon(-180, 180), az(-180, 180), len(1, 60e3);
   for (int i = 0; i < 200; ++i) {
     const double a = lat(random) * deg, o = lon(random) * deg, h = az(random) * deg,
@@ -69,8 +69,7 @@ TEST(DeadReckoning, ExactStepsAddUpToOneRhumbLineEverywhere) {
       const auto end = drive(Integrator::kExact, a, o, h, s, s / pieces);
       const auto truth = rhumb_direct(wgs84(), a, o, h, s);
       EXPECT_LT(apart(end.lat, end.lon, truth.lat, truth.lon), kArc)
-          << "seed " << seed << " lat " << a / deg << " az " << h / deg << " len " << s << " in "
-          << pieces;
+          << "lat " << a / deg << " az " << h / deg << " len " << s << " in " << pieces;
     }
   }
 }
@@ -252,9 +251,7 @@ TEST(DeadReckoning, MechanisedEarthRateHasItsSign) {
 }
 
 TEST(DeadReckoning, LanesGiveTheBitsOfDoubles) {
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE(seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(testing::seed());
   std::uniform_real_distribution<double> lat(-89.9, 89.9), lon(-180, 180), az(-180, 180),
       size(-4, 4), height(-100, 4000);
   for (int round = 0; round < 300; ++round) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "loxo/num/lanes.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -27,10 +28,7 @@ using One = double (*)(double);
 using OneLanes = Lanes (*)(const Lanes&);
 using Exact = long double (*)(long double);
 
-unsigned seed() {
-  const char* s = std::getenv("LOXO_SEED");
-  return s ? static_cast<unsigned>(std::strtoul(s, nullptr, 10)) : 20261123u;
-}
+std::uint64_t seed() { return testing::seed(20261123); }
 
 // Distance of `ours` from `exact` in ulps of the double nearest to `exact`.
 double ulps(double ours, long double exact) {
@@ -86,7 +84,7 @@ bool trig(const Case& c) {
 }
 
 // Uniform points, points of every size, the neighbourhood of every hard place, and the ends.
-std::vector<double> points(const Case& c, std::size_t count, unsigned s) {
+std::vector<double> points(const Case& c, std::size_t count, std::uint64_t s) {
   std::mt19937_64 gen(s);
   std::vector<double> x;
   std::uniform_real_distribution<double> flat(c.from, c.to), power(-1074.0, 1024.0),

@@ -6,18 +6,15 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdlib>
 #include <vector>
 
 #include "loxo/num/lanes.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
 
-std::uint64_t seed() {
-  const char* s = std::getenv("LOXO_SEED");
-  return s ? std::strtoull(s, nullptr, 10) : 4711;
-}
+std::uint64_t seed() { return testing::seed(4711); }
 // Two-sided: one run in two million of a right generator fails a check at 5 sigma.
 constexpr double kSigmas = 5.0;
 

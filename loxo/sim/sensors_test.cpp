@@ -5,23 +5,16 @@
 
 #include <bit>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <random>
 
 #include "loxo/num/lanes.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/sim/odometer_errors.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
-
-std::uint64_t seed() {
-  const char* s = std::getenv("LOXO_SEED");
-  static const std::uint64_t value =
-      s != nullptr ? std::strtoull(s, nullptr, 10) : std::random_device{}();
-  return value;
-}
 
 struct Moments {
   double n = 0, sum = 0, squares = 0;
@@ -31,8 +24,8 @@ struct Moments {
 };
 // 5.5 sigma of a normal sample's rms and mean: one false alarm in 10^7.
 void expect_normal(const Moments& m, double sigma, const std::string& what) {
-  EXPECT_NEAR(m.rms() / sigma, 1.0, 5.5 / std::sqrt(2 * m.n)) << what << ", seed " << seed();
-  EXPECT_NEAR(m.mean() / sigma, 0.0, 5.5 / std::sqrt(m.n)) << what << ", seed " << seed();
+  EXPECT_NEAR(m.rms() / sigma, 1.0, 5.5 / std::sqrt(2 * m.n)) << what;
+  EXPECT_NEAR(m.mean() / sigma, 0.0, 5.5 / std::sqrt(m.n)) << what;
 }
 
 const double kTh[3] = {2e-3, -1e-3, 5e-4}, kV[3] = {0.05, -0.02, 0.0981};
@@ -45,7 +38,7 @@ void over_trials(const ImuModel<double>& model, const std::string& what,
   Moments m;
   const ImuSurroundings around;
   for (std::uint64_t trial = 0; trial < 4000; ++trial) {
-    ImuSensor<double> sensor(model, around, kDt, seed(), trial);
+    ImuSensor<double> sensor(model, around, kDt, testing::seed(), trial);
     const auto u = sensor.measure(0, kTh, kV);
     m.add(value({u.dtheta.x - kTh[0], u.dtheta.y - kTh[1], u.dtheta.z - kTh[2]},
                 {u.dv.x - kV[0], u.dv.y - kV[1], u.dv.z - kV[2]}));
@@ -116,7 +109,7 @@ TEST(ImuSensor, SlowProcessesHaveTheVarianceAndTheCorrelationOfTheirLaw) {
   Moments walk, start, end, product;
   const double none[3] = {0, 0, 0};
   for (std::uint64_t trial = 0; trial < 3000; ++trial) {
-    ImuSensor<double> sensor(m, around, 0.1, seed(), trial);
+    ImuSensor<double> sensor(m, around, 0.1, testing::seed(), trial);
     start.add(sensor.accel_bias().x);
     const double first = sensor.accel_bias().x;
     for (std::uint64_t i = 0; i < 301; ++i) sensor.measure(i, none, none);  // 30 steps of a second
@@ -129,7 +122,7 @@ TEST(ImuSensor, SlowProcessesHaveTheVarianceAndTheCorrelationOfTheirLaw) {
   expect_normal(end, 2e-3, "Markov after half a time constant");
   // Of a product of normals with correlation rho: mean rho, variance 1 + rho^2.
   const double rho = std::exp(-0.5);
-  EXPECT_NEAR(product.mean() / 4e-6, rho, 5.5 * std::sqrt((1 + rho * rho) / 3000)) << seed();
+  EXPECT_NEAR(product.mean() / 4e-6, rho, 5.5 * std::sqrt((1 + rho * rho) / 3000));
 }
 
 TEST(ImuSensor, BiasFollowsTheTemperatureRamp) {
@@ -143,7 +136,7 @@ TEST(ImuSensor, BiasFollowsTheTemperatureRamp) {
   const double none[3] = {0, 0, 0};
   Moments slope;
   for (std::uint64_t trial = 0; trial < 3000; ++trial) {
-    ImuSensor<double> sensor(m, around, 0.5, seed(), trial);
+    ImuSensor<double> sensor(m, around, 0.5, testing::seed(), trial);
     const double cold = sensor.gyro_bias().z;
     for (std::uint64_t i = 0; i < 61; ++i) sensor.measure(i, none, none);
     // The stretch from 30 s to 31 s: 30.5 s stands for it, 20.5 K above the start.
@@ -176,7 +169,7 @@ TEST(ImuSensor, VibrationIsASineOfTheGivenRmsAndItsIncrementsItsIntegral) {
   ImuSurroundings around;
   around.vibration = {{5.0, {0, 0, 2.0}, {0.1, 0, 0}}};
   const double none[3] = {0, 0, 0};
-  ImuSensor<double> sensor({}, around, 1e-3, seed(), 3);
+  ImuSensor<double> sensor({}, around, 1e-3, testing::seed(), 3);
   Moments f;
   double sum = 0, most = 0;
   for (std::uint64_t i = 0; i < 2000; ++i) {  // ten periods
@@ -263,7 +256,7 @@ TEST(Odometer, ScaleWearAndNoisesHaveTheirEffect) {
                        const std::string& what, double mean, double sigma) {
     Moments e;
     for (std::uint64_t trial = 0; trial < 3000; ++trial) {
-      Odometer<double> o(m, seed(), trial);
+      Odometer<double> o(m, testing::seed(), trial);
       double sum = 0;
       for (int i = 0; i < readings; ++i)
         sum += o.reading(static_cast<std::uint64_t>(i), way, 1.0, 1.0);
@@ -317,7 +310,7 @@ TEST(Odometer, ScaleWearAndNoisesHaveTheirEffect) {
 TEST(Odometer, QuantisedWayIsNeverMoreThanAStepOff) {
   OdometerModel<double> m;
   m.quantisation = 0.05;
-  Odometer<double> o(m, seed(), 0);
+  Odometer<double> o(m, testing::seed(), 0);
   double told = 0;
   for (std::uint64_t i = 0; i < 500; ++i) {
     const double way = i < 250 ? 0.0123 : -0.0123;
@@ -360,7 +353,7 @@ TEST(Channel, EachPartHasItsLaw) {
                         double sigma) {
     Moments e;
     for (std::uint64_t trial = 0; trial < 3000; ++trial) {
-      Channel<double> c(m, noise_source::kHeading, 0, seed(), trial);
+      Channel<double> c(m, noise_source::kHeading, 0, testing::seed(), trial);
       double x = 0;
       const int n = static_cast<int>(std::lround(t / 2)) + 1;
       for (int k = 0; k < n; ++k) x = c.error(static_cast<std::uint64_t>(k), 2.0 * k, 2.0);

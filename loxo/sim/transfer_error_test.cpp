@@ -15,6 +15,7 @@
 #include "loxo/earth/gravity.hpp"
 #include "loxo/num/units.hpp"
 #include "shared_folder.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -223,11 +224,7 @@ TEST(TransferError, VoyageOfTheSpecification) {  // [BV-*]
 }
 
 TEST(TransferError, AnotherVoyageDrawnAtRandom) {  // 9.2, last paragraph
-  const char* given = std::getenv("LOXO_SEED");
-  const std::uint64_t seed =
-      given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
-  std::printf("LOXO_SEED=%llu\n", static_cast<unsigned long long>(seed));
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(testing::seed());
   const auto u = [&](double a, double b) {
     return std::uniform_real_distribution<double>(a, b)(random);
   };

@@ -9,23 +9,19 @@
 #include <cstdlib>
 
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
 
-std::uint64_t seed() {
-  const char* given = std::getenv("LOXO_SEED");
-  const std::uint64_t s = given != nullptr ? std::strtoull(given, nullptr, 10) : 20260731;
-  std::printf("LOXO_SEED=%llu\n", static_cast<unsigned long long>(s));
-  return s;
-}
 int drives(int fast, int full) { return std::getenv("LOXO_LONG") != nullptr ? full : fast; }
 
 class StatedConfidence : public ::testing::TestWithParam<CalibrationTrials> {};
 
 // (V-43), V-44, V-45: mean of e^T P^-1 e inside the band that it leaves once in 10,000 seeds.
 TEST_P(StatedConfidence, IsTrue) {
-  const auto r = run_calibration_trials(wgs84(), GetParam(), drives(400, 2000), seed());
+  const auto r =
+      run_calibration_trials(wgs84(), GetParam(), drives(400, 2000), testing::seed(20260731));
   for (const auto& s : r.states)
     std::printf("%-20s stated %.4g found %.4g mean %.4g ratio %.3f\n",
                 std::string(state_name(s.state)).c_str(), s.stated, s.found, s.mean, s.ratio);

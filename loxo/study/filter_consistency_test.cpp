@@ -13,6 +13,7 @@
 #include "loxo/estimate/navigator.hpp"
 #include "loxo/study/consistency.hpp"
 #include "loxo/study/simulated_vehicle.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -75,12 +76,10 @@ constexpr double kWanted = 0.93;
 // The defaults of the program, its robust weights too. [EST-3] to [EST-12], [EST-14]
 TEST(FilterConsistency, NeesIsInItsBandOnEveryRoute) {
   const bool all = std::getenv("LOXO_LONG") != nullptr;
-  const char* given = std::getenv("LOXO_TEST_SEED");
-  const std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 1;
+  const std::uint64_t seed = testing::seed(1);
   const int runs = all ? 200 : 20, campaigns = all ? 3 : 1;
   const double length = all ? 660 : 120;
-  std::printf("seed %llu, %d runs a route, %.0f s\n", static_cast<unsigned long long>(seed), runs,
-              length);
+  std::printf("%d runs a route, %.0f s\n", runs, length);
   struct Block {
     const char* name;
     double Nees::*what;

@@ -20,6 +20,7 @@
 #include "loxo/study/consistency.hpp"
 #include "loxo/study/filter_drive.hpp"
 #include "loxo/study/simulated_vehicle.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -291,14 +292,13 @@ std::string said(const Tally& t) {
 
 TEST(FilterFaults, TheErrorIsInsideItsBandOrTheRowSaysSo) {
   const bool all = std::getenv("LOXO_LONG") != nullptr;
-  const char* given = std::getenv("LOXO_TEST_SEED");
-  const std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 1;
+  const std::uint64_t seed = testing::seed(1);
   const char* only = std::getenv("LOXO_FAULT");
   const int runs = all ? 20 : 1;
   std::printf(
-      "seed %llu, %d runs each\n| fault | max error m | its band m | end rms m | inside %% | "
+      "%d runs each\n| fault | max error m | its band m | end rms m | inside %% | "
       "marked %% | silently outside %% | runs | told per run |\n",
-      static_cast<unsigned long long>(seed), runs);
+      runs);
   std::map<std::string, RouteTruth> truths;
   for (const Fault& f : kFaults) {
     if (only && std::string(f.name).find(only) == std::string::npos) continue;

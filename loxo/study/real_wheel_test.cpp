@@ -14,6 +14,7 @@
 
 #include "loxo/estimate/exact_route.hpp"
 #include "loxo/study/filter_drive.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -78,7 +79,7 @@ class RealWheel : public ::testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  Result run(const ExactRoute& route, const Wheel& wheel, unsigned seed) {
+  Result run(const ExactRoute& route, const Wheel& wheel, std::uint64_t seed) {
     std::mt19937_64 rng(seed);
     std::normal_distribution<double> g;
     auto three = [&](double x) { return Vec<Body>{x * g(rng), x * g(rng), x * g(rng)}; };
@@ -168,12 +169,6 @@ class RealWheel : public ::testing::Test {
 
 constexpr double kPlane = 3.7169;  // sqrt(-2 ln 0.001): 99.9 % of a plane normal
 constexpr double kLine = 3.2905;   // 99.9 % of one constant
-unsigned first_seed() {
-  const char* s = std::getenv("LOXO_TEST_SEED");
-  const unsigned seed = s ? static_cast<unsigned>(std::atoi(s)) : 31u;
-  std::printf("seed %u\n", seed);
-  return seed;
-}
 int runs() { return std::getenv("LOXO_LONG") ? 40 : 3; }
 
 ExactRoute route_of(const Profile& p, double length) {
@@ -183,13 +178,13 @@ ExactRoute route_of(const Profile& p, double length) {
 }
 
 TEST_F(RealWheel, WithoutASignStillReversesTwice) {
-  const unsigned seed = first_seed();
+  const std::uint64_t seed = testing::seed(31);
   const ExactRoute route = route_of({true}, 450);
   for (const Wheel& wheel : {Wheel{"speed", 1, false}, Wheel{"distance", 0.1, false, 0.02},
                              Wheel{"speed", 1, true}, Wheel{"distance", 0.1, true, 0.02}}) {
     SCOPED_TRACE(std::string(wheel.kind) + (wheel.has_sign ? " with sign" : " without sign"));
     for (int i = 0; i < runs(); ++i) {
-      const Result r = run(route, wheel, seed + static_cast<unsigned>(i));
+      const Result r = run(route, wheel, seed + static_cast<std::uint64_t>(i));
       std::printf("%s %d: worst %.2f sigma, end %.3f %%, signs %ld, k %.4f +- %.4f\n", wheel.kind,
                   wheel.has_sign, r.worst, r.end_pct, r.filter.events.signs_turned,
                   constant(r, "k"), constant(r, "k", true));
@@ -203,12 +198,12 @@ TEST_F(RealWheel, WithoutASignStillReversesTwice) {
 }
 
 TEST_F(RealWheel, AClockThatDriftsIsFollowed) {
-  const unsigned seed = first_seed();
+  const std::uint64_t seed = testing::seed(31);
   const ExactRoute route = route_of({false}, 600);
   Wheel wheel{"speed", 1, true};
   wheel.early = 0.45, wheel.drift = 3e-4;
   for (int i = 0; i < runs(); ++i) {
-    const Result r = run(route, wheel, seed + static_cast<unsigned>(i));
+    const Result r = run(route, wheel, seed + static_cast<std::uint64_t>(i));
     const double tau = constant(r, "delay_s"), std = constant(r, "delay_s", true);
     std::printf("worst %.2f sigma, end %.3f %%, delay %.3f +- %.3f (true %.3f)\n", r.worst,
                 r.end_pct, tau, std, r.tau_true);
@@ -221,12 +216,12 @@ TEST_F(RealWheel, AClockThatDriftsIsFollowed) {
 
 // A speed in whole km/h, cut: half a unit too small in the mean.
 TEST_F(RealWheel, ASpeedInWholeUnitsHasAnOffset) {
-  const unsigned seed = first_seed();
+  const std::uint64_t seed = testing::seed(31);
   const ExactRoute route = route_of({false}, 600);
   Wheel wheel{"speed", 1, true, kKmh};
   wheel.early = 0.3;
   for (int i = 0; i < runs(); ++i) {
-    const Result r = run(route, wheel, seed + static_cast<unsigned>(i));
+    const Result r = run(route, wheel, seed + static_cast<std::uint64_t>(i));
     const double b = constant(r, "speed_offset_mps"), std = constant(r, "speed_offset_mps", true);
     std::printf("worst %.2f sigma, end %.3f %%, offset %.3f +- %.3f\n", r.worst, r.end_pct, b, std);
     EXPECT_LT(r.worst, kPlane);

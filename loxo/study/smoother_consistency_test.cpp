@@ -12,6 +12,7 @@
 #include "loxo/estimate/smoother.hpp"
 #include "loxo/study/consistency.hpp"
 #include "loxo/study/simulated_vehicle.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -65,8 +66,7 @@ Sums run(const char* name, double length, int runs, std::uint64_t seed) {
 
 TEST(SmootherConsistency, NeesIsInItsBand) {
   const bool all = std::getenv("LOXO_LONG") != nullptr;
-  const char* given = std::getenv("LOXO_TEST_SEED");
-  const std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 1;
+  const std::uint64_t seed = testing::seed(1);
   const int runs = all ? 100 : 10;
   for (const char* name : {"straight", "mixed"}) {
     const Sums s = run(name, all ? 400 : 120, runs, seed);
@@ -80,10 +80,9 @@ TEST(SmootherConsistency, NeesIsInItsBand) {
     }
     const double share = inside / static_cast<double>(s.nine.size());
     std::printf(
-        "%s, seed %llu, %d runs: NEES/9 %.2f, %.0f %% of epochs inside, k %.2f eps %.2f, "
+        "%s, %d runs: NEES/9 %.2f, %.0f %% of epochs inside, k %.2f eps %.2f, "
         "position rms %.2f m (filter %.2f)\n",
-        name, static_cast<unsigned long long>(seed), runs, mean / 9, 100 * share, s.k, s.eps,
-        s.position, s.filtered);
+        name, runs, mean / 9, 100 * share, s.k, s.eps, s.position, s.filtered);
     // A run's epochs are one draw: their mean scatters at most as one epoch's does, and the share
     // of epochs inside says little.
     EXPECT_GT(mean, wide.low) << name;
