@@ -45,15 +45,10 @@ int main(int argc, char** argv) {
   start.state.r = to_ecef(config.ellipsoid, at);
   start.state.q = to_quaternion(transpose(geographic_axes(at.lat, at.lon)) *
                                 to_matrix<Geographic>(Euler<double>{given[3] * deg, 0, 0}));
-  alignment_covariance(config.ellipsoid, start.state, config.gyro_bias, config.accel_bias,
-                       0.05 * deg, given[4] * deg, false, start.P);
-  for (int i = 0; i < 3; ++i) {
-    start.P.p[kDv + i][kDv + i] = 1e-4;
-    start.P.p[kDr + i][kDr + i] = 9;
-    start.P.p[kLever + i][kLever + i] = config.lever_std * config.lever_std;
-  }
-  start.P.p[kScale][kScale] = config.scale_std * config.scale_std;
-  start.P.p[kEpsH][kEpsH] = start.P.p[kEpsP][kEpsP] = config.eps_std * config.eps_std;
+  StartSigmas sigmas = start_sigmas(config);
+  sigmas.level = 0.05 * deg, sigmas.heading = given[4] * deg;
+  sigmas.velocity = 0.01, sigmas.position = 3;
+  start.P = start_covariance(config.ellipsoid, start.state, sigmas);
 
   Navigator navigator(config);
   navigator.start(start);

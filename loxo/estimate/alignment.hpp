@@ -18,7 +18,7 @@ struct FineAlignmentConfig {
 // the correlation that it keeps, so that the first turn frees both.
 class FineAlignment {
  public:
-  // coarse: where it starts from, P on ECEF axes (alignment_covariance). Its place and the sigma of
+  // coarse: where it starts from, P on ECEF axes (start_covariance). Its place and the sigma of
   // it are given back unchanged.
   FineAlignment(const FineAlignmentConfig& config, const NavigatorStart& coarse);
   void add(const ImuIncrement<double>& sample);

@@ -57,8 +57,11 @@ Outcome align(std::mt19937_64& rng, const std::vector<ImuIncrement<double>>& cle
   NavigatorStart s;
   const auto truth = m.at(0).state;
   s.state.r = truth.r, s.state.q = truth.q_eb;
-  alignment_covariance(c.sensors.ellipsoid, s.state, kGyroBias, kAccelBias, 0.003 * deg,
-                       heading_std, from_gyros, s.P);
+  StartSigmas sigmas;
+  sigmas.gyro_bias = kGyroBias, sigmas.accel_bias = kAccelBias;
+  sigmas.level = 0.003 * deg, sigmas.heading = heading_std, sigmas.static_heading = from_gyros;
+  sigmas.velocity = 1e-3, sigmas.position = 1;
+  s.P = start_covariance(c.sensors.ellipsoid, s.state, sigmas);
   // psi given the biases: mean A b, covariance the rest. psi = computed - true on ECEF axes.
   Eigen::Matrix3d pp;
   Eigen::Matrix<double, 3, 6> pb;
@@ -76,10 +79,6 @@ Outcome align(std::mt19937_64& rng, const std::vector<ImuIncrement<double>>& cle
   double x[kStates]{};
   for (int i = 0; i < 3; ++i) x[kPsi + i] = -psi(i);  // fed back, it becomes the error
   feed_back(s.state, x);
-  for (int i = 0; i < 3; ++i) {
-    s.P.p[kDv + i][kDv + i] = 1e-6;
-    s.P.p[kDr + i][kDr + i] = 1.0;
-  }
   s.state.v = {};
   FineAlignment fine(c, s);
   for (ImuIncrement<double> i : clean) {

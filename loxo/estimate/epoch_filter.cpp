@@ -2,29 +2,25 @@
 #include "loxo/estimate/epoch_filter.hpp"
 
 #include "loxo/earth/geodetic.hpp"
-#include "loxo/estimate/navigator.hpp"
 #include "loxo/num/functions.hpp"
 
 namespace loxo {
 
+StartSigmas start_sigmas(const EpochFilterConfig& c) {
+  StartSigmas s;
+  s.gyro_bias = c.gyro_bias, s.accel_bias = c.accel_bias;
+  s.level = c.level_std, s.heading = c.heading_std;
+  // A given attitude says nothing of the biases.
+  s.static_heading = s.correlated = c.static_alignment;
+  s.velocity = c.velocity_std, s.position = c.position_std;
+  s.gyro_scale = {c.gyro_scale, c.gyro_scale, c.gyro_scale};
+  s.accel_scale = {c.accel_scale, c.accel_scale, c.accel_scale};
+  s.scale = c.scale_std, s.eps_h = c.mounting_std, s.eps_p = c.pitch_std;
+  return s;
+}
+
 EpochFilter::EpochFilter(const EpochFilterConfig& c, const NominalState& start) : config_(c) {
-  alignment_covariance(c.ellipsoid, start, c.gyro_bias, c.accel_bias, c.level_std, c.heading_std,
-                       c.static_alignment, P_);
-  const auto diagonal = [&](int first, int count, double sigma) {
-    for (int i = first; i < first + count; ++i) P_.p[i][i] = sigma * sigma;
-  };
-  diagonal(kDv, 3, c.velocity_std);
-  diagonal(kDr, 3, c.position_std);
-  diagonal(kBg, 3, c.gyro_bias);
-  diagonal(kBa, 3, c.accel_bias);
-  diagonal(kSg, 3, c.gyro_scale);
-  diagonal(kSa, 3, c.accel_scale);
-  diagonal(kScale, 1, c.scale_std);
-  diagonal(kEpsH, 1, c.mounting_std);
-  diagonal(kEpsP, 1, c.pitch_std);
-  if (!c.static_alignment)  // a given attitude says nothing of the biases
-    for (int i = 0; i < 3; ++i)
-      for (int j = kBg; j < kBa + 3; ++j) P_.p[kPsi + i][j] = P_.p[j][kPsi + i] = 0;
+  P_ = start_covariance(c.ellipsoid, start, start_sigmas(c));
 }
 
 void EpochFilter::use(const ScalarMeasurement& m, double z, double variance, const Gate& gate) {

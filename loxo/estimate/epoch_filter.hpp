@@ -5,6 +5,7 @@
 // Navigator. No allocation after construction.
 #pragma once
 #include "loxo/estimate/measurements.hpp"
+#include "loxo/estimate/start_covariance.hpp"
 #include "loxo/ins/samples.hpp"
 
 namespace loxo {
@@ -24,6 +25,9 @@ struct EpochFilterConfig {
   double height_std = 0.1;                // m
   double fix_std = 0;                     // m per axis
 };
+
+// Of its start.
+StartSigmas start_sigmas(const EpochFilterConfig& config);
 
 // What the strapdown did over an epoch, resolved at its middle.
 struct EpochMotion {

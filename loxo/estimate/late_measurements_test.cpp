@@ -35,11 +35,12 @@ NavigatorConfig settings() {
 NavigatorStart beginning() {
   NavigatorStart s;
   s.state.r = route().r[0], s.state.q = route().q[0];
-  alignment_covariance(wgs84(), s.state, 1 * deg_per_h, 300 * ug, 0.003 * deg, 0.5 * deg, false,
-                       s.P);
-  for (int i = 0; i < 3; ++i) s.P.p[kDr + i][kDr + i] = 4, s.P.p[kDv + i][kDv + i] = 4e-4;
-  s.P.p[kScale][kScale] = 9e-4;
-  s.P.p[kEpsH][kEpsH] = s.P.p[kEpsP][kEpsP] = 1e-3;
+  StartSigmas sigmas;
+  sigmas.gyro_bias = 1 * deg_per_h, sigmas.accel_bias = 300 * ug;
+  sigmas.level = 0.003 * deg, sigmas.heading = 0.5 * deg;
+  sigmas.position = 2, sigmas.velocity = 0.02;
+  sigmas.scale = 0.03, sigmas.eps_h = sigmas.eps_p = 0.03;
+  s.P = start_covariance(wgs84(), s.state, sigmas);
   return s;
 }
 

@@ -11,6 +11,7 @@
 #include "loxo/earth/ellipsoid.hpp"
 #include "loxo/estimate/measurements.hpp"
 #include "loxo/estimate/standstill.hpp"
+#include "loxo/estimate/start_covariance.hpp"
 #include "loxo/ins/earth_model.hpp"
 #include "loxo/ins/samples.hpp"
 #include "loxo/ins/solution.hpp"
@@ -92,7 +93,7 @@ inline bool has_extra_states(const NavigatorConfig& c) {
          c.gyro_misalignment > 0;
 }
 
-// What the filter starts from; P on ECEF axes.
+// What the filter starts from; P on ECEF axes, as start_covariance() has it.
 struct NavigatorStart {
   NominalState state;
   Covariance<kStates> P;
@@ -284,13 +285,5 @@ class Navigator : private NavigatorMemory {
 // A row of the solution from a nominal state and its covariance.
 SolutionRow solution_row(const Ellipsoid& ell, const NominalState& s, const Covariance<kStates>& P,
                          FrameId frame, std::uint32_t health);
-
-// P0 after self-alignment from its causes, correlated [EST-14]: level from accelerometer biases,
-// heading from the east gyro bias and the level; on ECEF axes, into P's psi and bias blocks.
-// sigma_level, sigma_heading: the random part. `static_heading` false: the heading was given with
-// sigma_heading, not found from the gyros.
-void alignment_covariance(const Ellipsoid& ell, const NominalState& s, double gyro_bias,
-                          double accel_bias, double sigma_level, double sigma_heading,
-                          bool static_heading, Covariance<kStates>& P);
 
 }  // namespace loxo

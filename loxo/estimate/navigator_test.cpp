@@ -94,8 +94,12 @@ Trace run(const ExactRoute& route, std::uint64_t seed, const Faults& f = {},
   NominalState& n = start.state;
   n.r = route.r[0], n.q = route.q[0];
   // Heading given to 0.5 deg, level from the accelerometers: [EST-14] without its heading row.
-  alignment_covariance(wgs84(), n, s.gyro_bias, s.accel_bias, 0.003 * deg, 0.5 * deg, false,
-                       start.P);
+  StartSigmas sigmas;
+  sigmas.gyro_bias = s.gyro_bias, sigmas.accel_bias = s.accel_bias;
+  sigmas.level = 0.003 * deg, sigmas.heading = 0.5 * deg;
+  sigmas.position = 1, sigmas.velocity = 0.02;
+  sigmas.scale = 0.03, sigmas.eps_h = sigmas.eps_p = 2 * deg;
+  start.P = start_covariance(wgs84(), n, sigmas);
   const Rot<Geographic, Ecef> C = geographic_axes(route.place[0].lat, route.place[0].lon);
   const Rot<Geographic, Body> C_nb = C * to_matrix(route.q[0]);
   const double gamma = normal_gravity(wgs84(), std::sin(route.place[0].lat), route.place[0].h);
@@ -105,12 +109,6 @@ Trace run(const ExactRoute& route, std::uint64_t seed, const Faults& f = {},
   n.q = exp_rotation<Ecef, Ecef>(transpose(C) * (-phi)) * route.q[0];
   n.r = n.r + relabel<Ecef>(three(1.0));
   n.v = relabel<Ecef>(three(0.02));
-  for (int i = 0; i < 3; ++i) {
-    start.P.p[kDr + i][kDr + i] = 1;
-    start.P.p[kDv + i][kDv + i] = 0.02 * 0.02;
-  }
-  start.P.p[kScale][kScale] = 0.03 * 0.03;
-  start.P.p[kEpsH][kEpsH] = start.P.p[kEpsP][kEpsP] = 4 * deg * deg;
   nav.start(start);
   Trace out;
   Vec<Body> slip{};
@@ -212,48 +210,6 @@ Trace run(const ExactRoute& route, std::uint64_t seed, const Faults& f = {},
 }
 
 std::uint64_t base_seed() { return testing::seed(11); }
-
-// [EST-14]: the level and the heading that means of gyros and accelerometers give (4.1), against
-// their covariance.
-TEST(Alignment, CovarianceFromItsCauses) {
-  std::mt19937_64 rng(base_seed());
-  std::normal_distribution<double> g;
-  for (double lat : {0.0, 44 * deg, -70 * deg}) {
-    const Rot<Geographic, Ecef> C = geographic_axes(lat, 0.3);
-    const Rot<Geographic, Body> C_nb = to_matrix<Geographic>(Euler<double>{2.0, 0.05, -0.03});
-    const double gamma = normal_gravity(wgs84(), std::sin(lat), 0.0), bg = 0.01 * deg_per_h,
-                 ba = 100 * ug;
-    const Vec<Geographic> earth{0, wgs84().w_ie * std::cos(lat), wgs84().w_ie * std::sin(lat)};
-    double nees = 0;
-    const int draws = 2000;
-    NominalState s;
-    s.r = to_ecef(wgs84(), Geodetic<double>{lat, 0.3, 0});
-    s.q = to_quaternion(transpose(C) * C_nb);
-    Covariance<kStates> P;
-    alignment_covariance(wgs84(), s, bg, ba, 0, 0, true, P);
-    Eigen::Matrix3d M;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) M(i, j) = P.p[i][j];
-    for (int n = 0; n < draws; ++n) {
-      const Vec<Body> xg{bg * g(rng), bg * g(rng), bg * g(rng)},
-          xa{ba * g(rng), ba * g(rng), ba * g(rng)};
-      const Vec<Body> w = transpose(C_nb) * earth + xg,
-                      f = transpose(C_nb) * Vec<Geographic>{0, 0, gamma} + xa;
-      const Vec<Body> u = f * (1 / norm(f)), e0 = cross(w, u), e = e0 * (1 / norm(e0)),
-                      north = cross(u, e);
-      Rot<Geographic, Body> A;
-      const Vec<Body>* rows[3] = {&e, &north, &u};
-      for (int i = 0; i < 3; ++i)
-        A.m[i][0] = rows[i]->x, A.m[i][1] = rows[i]->y, A.m[i][2] = rows[i]->z;
-      const Rot<Ecef, Ecef> D = transpose(C) * A * transpose(C_nb) * C;
-      const Eigen::Vector3d psi(-0.5 * (D.m[2][1] - D.m[1][2]), -0.5 * (D.m[0][2] - D.m[2][0]),
-                                -0.5 * (D.m[1][0] - D.m[0][1]));
-      nees += psi.dot(M.ldlt().solve(psi)) / draws;
-    }
-    // chi2 of 3 x 2000 degrees: five sigma.
-    EXPECT_NEAR(nees, 3.0, 5 * std::sqrt(6.0 / draws)) << lat / deg;
-  }
-}
 
 TEST(Navigator, WheelSlipIsDeweighted) {  // section 1.7: +10 % for 20 s
   const ExactRoute route = route_of(kMixed, 400);

@@ -242,25 +242,11 @@ NavigatorConfig navigator_config(const DriveSetup& set, const DeclaredErrors<dou
   c.distance_std = sqrt(d.noise * d.noise + 1e-3 * 1e-3);
   c.height_std = e.height_std;
   c.fix_std_min = 1e-3;
-  Covariance<kStates>& P = start.P;
-  alignment_covariance(c.ellipsoid, start.state, c.gyro_bias, c.accel_bias, e.level_std,
-                       e.heading_std, set.static_alignment, P);
-  const auto diagonal = [&](int first, int count, double sigma) {
-    for (int i = first; i < first + count; ++i) P.p[i][i] = sigma * sigma;
-  };
-  diagonal(kDv, 3, e.velocity_std);
-  diagonal(kDr, 3, e.position_std);
-  diagonal(kBg, 3, c.gyro_bias);
-  diagonal(kBa, 3, c.accel_bias);
-  diagonal(kSg, 3, c.gyro_scale);
-  diagonal(kSa, 3, c.accel_scale);
-  diagonal(kScale, 1, c.scale_std);
-  diagonal(kEpsH, 1, c.eps_std);
-  diagonal(kEpsP, 1, c.eps_std);
-  diagonal(kLever, 3, c.lever_std);
-  if (!set.static_alignment)  // a given attitude says nothing of the biases
-    for (int i = 0; i < 3; ++i)
-      for (int j = kBg; j < kBa + 3; ++j) P.p[kPsi + i][j] = P.p[j][kPsi + i] = 0;
+  // As the filter at epochs starts, with what this one seeks beside.
+  StartSigmas sigmas = start_sigmas(e);
+  sigmas.eps_h = sigmas.eps_p = c.eps_std;
+  sigmas.lever = c.lever_std;
+  start.P = start_covariance(c.ellipsoid, start.state, sigmas);
   return c;
 }
 

@@ -437,8 +437,8 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
     }
   }
   h = or_else(h, 0.0);
-  Covariance<kStates>& P = b.start.P;
   DriveAlignment a;
+  StartSigmas sigmas = start_sigmas(config);
 
   if (st.has_state) {
     t0 = std::max(or_else(st.state_t, t0), first_imu_t);
@@ -450,7 +450,8 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
     b.report.heading = solution_row(ell, s.t, s.r, s.v, s.q).heading;
     b.report.heading_std = or_else(st.heading_std, 0.1 * deg);
     // A given level owes nothing to the accelerometers: their biases are all to come.
-    alignment_covariance(ell, s, config.gyro_bias, 0.0, 0.05 * deg, b.report.heading_std, false, P);
+    sigmas.static_level = false;
+    sigmas.level = 0.05 * deg, sigmas.heading = b.report.heading_std;
   } else {
     a = align_drive(drive, o, config, m, {lat, lon, h}, t0, d);
     if (a.has_place) lat = a.place.lat, lon = a.place.lon, h = a.place.h, pos_std = a.place_std;
@@ -461,30 +462,15 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
     s.t = a.t;
     b.rest = a.rest;
     b.report = a.report;
-    alignment_covariance(ell, s, config.gyro_bias, a.level_from_accel ? config.accel_bias : 0.0,
-                         a.level_std, a.heading_random, a.from_gyros, P);
+    sigmas.static_level = a.level_from_accel, sigmas.static_heading = a.from_gyros;
+    sigmas.level = a.level_std, sigmas.heading = a.heading_random;
   }
-  for (int i = 0; i < 3; ++i) P.p[kBa + i][kBa + i] = config.accel_bias * config.accel_bias;
   const bool at_rest = !given(st.ve) && !st.has_state && !a.has_place;
-  for (int i = 0; i < 3; ++i) {
-    P.p[kDv + i][kDv + i] = a.has_place ? a.velocity_std * a.velocity_std
-                            : at_rest   ? 0.02 * 0.02
-                                        : 0.05 * 0.05;
-    P.p[kDr + i][kDr + i] = pos_std * pos_std;
-    P.p[kSa + i][kSa + i] = config.accel_scale * config.accel_scale;
-    P.p[kLever + i][kLever + i] = config.lever_std * config.lever_std;
-  }
-  P.p[kSg + 2][kSg + 2] =
-      config.gyro_scale * config.gyro_scale;  // about the up axis: the others are not driven
-  if (config.use_odometer) {
-    P.p[kScale][kScale] = config.scale_std * config.scale_std;
-    P.p[kTau][kTau] = config.tau_std * config.tau_std;
-    P.p[kOffset][kOffset] = config.offset_std * config.offset_std;
-  }
-  if (config.use_odometer || config.use_nhc) {
-    P.p[kEpsH][kEpsH] = config.eps_std * config.eps_std;
-    P.p[kEpsP][kEpsP] = o.calibrated ? 4 * deg * deg : config.eps_std * config.eps_std;
-  }
+  sigmas.velocity = a.has_place ? a.velocity_std : at_rest ? 0.02 : 0.05;
+  sigmas.position = pos_std;
+  sigmas.gyro_scale.x = sigmas.gyro_scale.y = 0;  // only the one about the up axis is driven
+  if (o.calibrated && (config.use_odometer || config.use_nhc)) sigmas.eps_p = 2 * deg;
+  b.start.P = start_covariance(ell, s, sigmas);
   s.scale = config.scale;
   s.eps_h = config.eps_h;
   s.eps_p = config.eps_p;

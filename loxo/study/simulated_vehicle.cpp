@@ -191,17 +191,14 @@ void SimulatedVehicle::align() {
   start_.v = truth.v + e_.velocity_std * Vec<Ecef>{g[6], g[7], g[8]};
   start_.scale = e_.scale;
   start_.eps_h = e_.eps_h;
-  alignment_covariance(ell, start_, e_.gyro_bias, e_.accel_bias, e_.level_std, e_.heading_std,
-                       e_.static_heading, P_);
-  for (int i = 0; i < 3; ++i) {
-    P_.p[kDv + i][kDv + i] = e_.velocity_std * e_.velocity_std;
-    P_.p[kDr + i][kDr + i] = e_.position_std * e_.position_std;
-    P_.p[kLever + i][kLever + i] = e_.lever_std * e_.lever_std;
-  }
-  P_.p[kScale][kScale] = e_.scale_std * e_.scale_std;
-  P_.p[kEpsH][kEpsH] = e_.eps_h_std * e_.eps_h_std;
-  P_.p[kEpsP][kEpsP] = e_.eps_p_std * e_.eps_p_std;
-  P_.p[kTau][kTau] = e_.tau_std * e_.tau_std;
+  StartSigmas sigmas;
+  sigmas.gyro_bias = e_.gyro_bias, sigmas.accel_bias = e_.accel_bias;
+  sigmas.level = e_.level_std, sigmas.heading = e_.heading_std;
+  sigmas.static_heading = e_.static_heading;
+  sigmas.velocity = e_.velocity_std, sigmas.position = e_.position_std;
+  sigmas.scale = e_.scale_std, sigmas.eps_h = e_.eps_h_std, sigmas.eps_p = e_.eps_p_std;
+  sigmas.lever = e_.lever_std, sigmas.tau = e_.tau_std;
+  P_ = loxo::start_covariance(ell, start_, sigmas);
 }
 
 bool SimulatedVehicle::next() {
