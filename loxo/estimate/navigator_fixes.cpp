@@ -68,6 +68,9 @@ void Navigator::coast_to(double t) {
     lost_variance_ = sigma * sigma;
     lost_from_ = s_.r;
     turn_heading(s_, P_, product, up, 0.0, 0.0, rest());
+    // Fixes in the gap said where, not whither.
+    standing_health_ |= kHealthUncovered;
+    recovering_ = true;
   }
 }
 

@@ -27,7 +27,14 @@ SolutionRow row_at(const Navigator& nav, double age, FrameId frame) {
   NominalState s = nav.state();
   s.r = s.r - s.v * age;
   s.t -= age;
-  return solution_row(nav.config().ellipsoid, s, nav.covariance(), frame, nav.health());
+  // Carried back along the velocity, whose error comes with it: in a gap of the inertial unit `age`
+  // is up to the gap's length.
+  Covariance<kStates> P = nav.stated_covariance();
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < kStates; ++j) P.p[kDr + i][j] -= age * P.p[kDv + i][j];
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < kStates; ++i) P.p[i][kDr + j] -= age * P.p[i][kDv + j];
+  return solution_row(nav.config().ellipsoid, s, P, frame, nav.health());
 }
 
 // The frame of a row, by the same rule as the strapdown loop's (polar.md 3.4).
