@@ -171,6 +171,23 @@ std::vector<MetricInfo> navigator_metrics(const DriveSetup& set) {
   return m;
 }
 
+HorizontalMiss horizontal_miss(const NominalState& s, const Covariance<kStates>& P,
+                               const DriveTruth::Epoch& at) {
+  const Vec<Ecef> dr = s.r - at.state.r;
+  const double e = dot(dr, at.east), n = dot(dr, at.north);
+  const auto cov = [&](const Vec<Ecef>& a, const Vec<Ecef>& b) {
+    const double u[3] = {a.x, a.y, a.z}, v[3] = {b.x, b.y, b.z};
+    double sum = 0;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) sum += u[i] * P.p[kDr + i][kDr + j] * v[j];
+    return sum;
+  };
+  const double ee = cov(at.east, at.east), en = cov(at.east, at.north),
+               nn = cov(at.north, at.north);
+  const double squared = e * e + n * n;
+  return {squared, sqrt(squared), (nn * e * e - 2 * en * e * n + ee * n * n) / (ee * nn - en * en)};
+}
+
 EpochFilterConfig epoch_filter_config(const DriveSetup& set, const DeclaredErrors<double>& d) {
   EpochFilterConfig c;
   c.ellipsoid = set.ellipsoid;

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a drive trial may do beside running free: be calibrated, filtered, or navigated by the
-// segmented method; what its trials share; and the way from lanes to doubles and back.
+// segmented method; and what its trials share.
 #pragma once
-#include <array>
 #include <string>
 #include <vector>
 
 #include "loxo/estimate/epoch_filter.hpp"
 #include "loxo/estimate/navigator.hpp"
 #include "loxo/estimate/segmented.hpp"
-#include "loxo/num/lanes.hpp"
 #include "loxo/study/drive_truth.hpp"
+#include "loxo/study/lane_values.hpp"
 #include "loxo/study/trial.hpp"
 
 namespace loxo {
@@ -59,42 +58,9 @@ struct TrackSigmas {
   S heading, drift, heading_noise, scale_noise, quantisation;
 };
 
-// A scalar's lanes as doubles and back.
-inline void spread(double x, double* out) { out[0] = x; }
-inline void spread(const Lanes& x, double* out) { x.store(out); }
-template <Real S>
-S gather(const double* in) {
-  if constexpr (std::same_as<S, double>)
-    return in[0];
-  else
-    return Lanes::load(in);
-}
-template <Real S>
-inline constexpr int kWide = ScalarTraits<S>::kLanes;
-
-// The lanes of several numbers, one row a lane.
-template <Real S, std::size_t N>
-struct Spread {
-  double lane[kWide<S>][N];
-  explicit Spread(const std::array<S, N>& x) {
-    double v[8];
-    for (std::size_t j = 0; j < N; ++j) {
-      spread(x[j], v);
-      for (int k = 0; k < kWide<S>; ++k) lane[k][j] = v[k];
-    }
-  }
-};
-template <Real S, class F>
-std::array<S, 3> three(const Vec<F, S>& v) {
-  return {v.x, v.y, v.z};
-}
 template <Real S>
 DeclaredErrors<double> lane_of(const DeclaredErrors<S>& d, int k) {
-  const auto of = [&](const S& x) {
-    double v[8];
-    spread(x, v);
-    return v[k];
-  };
+  const auto of = [&](const S& x) { return lane_of(x, k); };
   return {of(d.gyro_noise),   of(d.accel_noise), of(d.gyro_walk),  of(d.accel_walk),
           of(d.gyro_bias),    of(d.accel_bias),  of(d.gyro_scale), of(d.accel_scale),
           of(d.level),        of(d.heading),     of(d.scale),      of(d.scale_walk),
@@ -102,6 +68,26 @@ DeclaredErrors<double> lane_of(const DeclaredErrors<S>& d, int k) {
           of(d.quantisation), of(d.side_slip),   of(d.mounting),   of(d.mounting_pitch),
           of(d.fix),          of(d.height)};
 }
+// The start as lane `k` computes it, with the mounting as believed: forward is turned clockwise by
+// the mounting error (rad) from the true one, and up by the pitch error.
+template <Real S>
+NominalState believed_start(const DriveSetup& set, const EcefState<S>& start, const S& mounting,
+                            const S& pitching, int k) {
+  const EcefState<double> x = lane_of(start, k);
+  NominalState s;
+  s.r = x.r, s.v = x.v, s.q = x.q_eb;
+  s.eps_h = set.mounting_heading - lane_of(mounting, k);
+  s.eps_p = set.mounting_pitch + lane_of(pitching, k);
+  return s;
+}
+// A position against the truth of its time, on the horizontal: its distance [m], and normalised
+// squared by the stated covariance (expected 2) [EST-1].
+struct HorizontalMiss {
+  double squared = 0, distance = 0, nees = 0;
+};
+HorizontalMiss horizontal_miss(const NominalState& s, const Covariance<kStates>& P,
+                               const DriveTruth::Epoch& truth);
+
 EpochFilterConfig epoch_filter_config(const DriveSetup& set, const DeclaredErrors<double>& d);
 
 SegmentedConfig segmented_config(const DriveSetup& set, const DeclaredErrors<double>& d);

@@ -2,6 +2,8 @@
 // A trial's joint filter: its strapdown runs in lanes, what is asked once a second runs lane by
 // lane in double, to the same bits. For the .cpp files of kinds only.
 #pragma once
+#include <array>
+#include <iterator>
 #include <vector>
 
 #include "loxo/ins/strapdown.hpp"
@@ -26,20 +28,10 @@ class TrialFilter {
         noise_{seed, trial, noise_source::kFix},
         fix_sigma_(declared.fix),
         height_sigma_(declared.height) {
-    const Spread<S, 13> e({start.r.x, start.r.y, start.r.z, start.v.x, start.v.y, start.v.z,
-                           start.q_eb.w, start.q_eb.x, start.q_eb.y, start.q_eb.z, mounting,
-                           pitching, scale});
     for (int k = 0; k < kWide<S>; ++k) {
-      const double* a = e.lane[k];
-      NominalState& s = nominal_[k];
-      s.r = {a[0], a[1], a[2]};
-      s.v = {a[3], a[4], a[5]};
-      s.q = {a[6], a[7], a[8], a[9]};
-      // Believed forward is turned clockwise by the mounting error from the true one.
-      s.eps_h = set.mounting_heading - a[10];
-      s.eps_p = set.mounting_pitch + a[11];
-      true_scale_[k] = a[12];
-      filters_.emplace_back(epoch_filter_config(set, lane_of(declared, k)), s);
+      nominal_[k] = believed_start(set, start, mounting, pitching, k);
+      true_scale_[k] = lane_of(scale, k);
+      filters_.emplace_back(epoch_filter_config(set, lane_of(declared, k)), nominal_[k]);
     }
     settle();
   }
@@ -127,24 +119,23 @@ class TrialFilter {
     load();
     settle();
   }
+  // In the order of filter_metrics().
   void result(S* m) const {
-    double v[8];
     const double count = static_cast<double>(set_->truth.epochs.size() - 1);
-    for (std::size_t j = 0; j < kFilterMetrics + 10; ++j) {
-      for (int k = 0; k < kWide<S>; ++k) {
-        const Score& s = scores_[k];
-        const double fixed[kFilterMetrics] = {s.now,
-                                              s.most,
-                                              sqrt(s.squares / count),
-                                              set_->percent * s.now,
-                                              s.heading,
-                                              s.nees / count,
-                                              nominal_[k].scale - true_scale_[k],
-                                              nominal_[k].eps_h - set_->mounting_heading};
-        v[k] = j < kFilterMetrics ? fixed[j] : s.fan[j - kFilterMetrics];
-      }
-      m[j] = gather<S>(v);
+    std::vector<double> rows[kWide<S>];
+    for (int k = 0; k < kWide<S>; ++k) {
+      const Score& s = scores_[k];
+      rows[k] = {s.now,
+                 s.most,
+                 sqrt(s.squares / count),
+                 set_->percent * s.now,
+                 s.heading,
+                 s.nees / count,
+                 nominal_[k].scale - true_scale_[k],
+                 nominal_[k].eps_h - set_->mounting_heading};
+      rows[k].insert(rows[k].end(), std::begin(s.fan), std::end(s.fan));
     }
+    gather_rows(rows, rows[0].size(), m);
   }
 
  private:
@@ -155,22 +146,12 @@ class TrialFilter {
     const auto& at = set_->truth.epochs[number];
     const NominalState& s = nominal_[k];
     Score& score = scores_[k];
-    const Vec<Ecef> dr = s.r - at.state.r;
-    const double e = dot(dr, at.east), n = dot(dr, at.north);
-    score.now = sqrt(e * e + n * n);
+    const HorizontalMiss miss =
+        horizontal_miss(s, filters_[static_cast<std::size_t>(k)].covariance(), at);
+    score.now = miss.distance;
     score.most = max(score.now, score.most);
-    score.squares += e * e + n * n;
-    const auto& P = filters_[static_cast<std::size_t>(k)].covariance().p;
-    const auto cov = [&](const Vec<Ecef>& a, const Vec<Ecef>& b) {
-      const double u[3] = {a.x, a.y, a.z}, v[3] = {b.x, b.y, b.z};
-      double sum = 0;
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) sum += u[i] * P[kDr + i][kDr + j] * v[j];
-      return sum;
-    };
-    const double ee = cov(at.east, at.east), en = cov(at.east, at.north),
-                 nn = cov(at.north, at.north), det = ee * nn - en * en;
-    score.nees += (nn * e * e - 2 * en * e * n + ee * n * n) / det;
+    score.squares += miss.squared;
+    score.nees += miss.nees;
     for (std::size_t i = from; i < to; ++i) score.fan[i] = score.now;
     if (number + 1 == set_->truth.epochs.size()) {
       const auto off = conjugate(at.state.q_eb) * s.q;
@@ -179,36 +160,36 @@ class TrialFilter {
   }
   // The corrected states back into the strapdown.
   void load() {
-    double v[10][8];
+    std::array<double, 10> rows[kWide<S>];
     for (int k = 0; k < kWide<S>; ++k) {
       const NominalState& s = nominal_[k];
-      const double a[10] = {s.q.w, s.q.x, s.q.y, s.q.z, s.v.x, s.v.y, s.v.z, s.r.x, s.r.y, s.r.z};
-      for (int j = 0; j < 10; ++j) v[j][k] = a[j];
+      rows[k] = {s.q.w, s.q.x, s.q.y, s.q.z, s.v.x, s.v.y, s.v.z, s.r.x, s.r.y, s.r.z};
     }
+    S x[10];
+    gather_rows(rows, 10, x);
     EcefState<S> e;
-    e.q_eb = {gather<S>(v[0]), gather<S>(v[1]), gather<S>(v[2]), gather<S>(v[3])};
-    e.v = {gather<S>(v[4]), gather<S>(v[5]), gather<S>(v[6])};
-    e.r = {gather<S>(v[7]), gather<S>(v[8]), gather<S>(v[9])};
+    e.q_eb = {x[0], x[1], x[2], x[3]};
+    e.v = {x[4], x[5], x[6]};
+    e.r = {x[7], x[8], x[9]};
     x_ = EcefMechanization::from_ecef(earth_, e);
   }
   // The constants in use, for the next epoch.
   void settle() {
     const double dt = set_->truth.dt;
-    double v[21][8];
+    std::array<double, 21> rows[kWide<S>];
     for (int k = 0; k < kWide<S>; ++k) {
       const NominalState& s = nominal_[k];
       const MountingAxes m = mounting_axes(s.eps_h, s.eps_p);
-      const double a[21] = {s.bg.x * dt,      s.bg.y * dt,      s.bg.z * dt,      s.ba.x * dt,
-                            s.ba.y * dt,      s.ba.z * dt,      1 / (1 + s.sg.x), 1 / (1 + s.sg.y),
-                            1 / (1 + s.sg.z), 1 / (1 + s.sa.x), 1 / (1 + s.sa.y), 1 / (1 + s.sa.z),
-                            m.axis[0].x,      m.axis[0].y,      m.axis[0].z,      m.axis[1].x,
-                            m.axis[1].y,      m.axis[1].z,      m.axis[2].x,      m.axis[2].y,
-                            m.axis[2].z};
-      for (int j = 0; j < 21; ++j) v[j][k] = a[j];
+      rows[k] = {s.bg.x * dt,      s.bg.y * dt,      s.bg.z * dt,      s.ba.x * dt,
+                 s.ba.y * dt,      s.ba.z * dt,      1 / (1 + s.sg.x), 1 / (1 + s.sg.y),
+                 1 / (1 + s.sg.z), 1 / (1 + s.sa.x), 1 / (1 + s.sa.y), 1 / (1 + s.sa.z),
+                 m.axis[0].x,      m.axis[0].y,      m.axis[0].z,      m.axis[1].x,
+                 m.axis[1].y,      m.axis[1].z,      m.axis[2].x,      m.axis[2].y,
+                 m.axis[2].z};
     }
-    const auto vec = [&](int j) {
-      return V{gather<S>(v[j]), gather<S>(v[j + 1]), gather<S>(v[j + 2])};
-    };
+    S x[21];
+    gather_rows(rows, 21, x);
+    const auto vec = [&](int j) { return V{x[j], x[j + 1], x[j + 2]}; };
     bias_w_ = vec(0), bias_f_ = vec(3), gain_w_ = vec(6), gain_f_ = vec(9);
     for (int i = 0; i < 3; ++i) axes_[i] = vec(12 + 3 * i), d_[i] = S(0.0);
     way_ = S(0.0);

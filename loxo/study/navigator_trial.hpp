@@ -23,21 +23,12 @@ class TrialNavigator {
         noise_{seed, trial, noise_source::kFix},
         fix_sigma_(declared.fix),
         height_sigma_(declared.height) {
-    const Spread<S, 13> e({start.r.x, start.r.y, start.r.z, start.v.x, start.v.y, start.v.z,
-                           start.q_eb.w, start.q_eb.x, start.q_eb.y, start.q_eb.z, mounting,
-                           pitching, scale});
     for (int k = 0; k < kWide<S>; ++k) {
-      const double* a = e.lane[k];
       Lane& l = lanes_[k];
       l.mounting = set.mounting_heading;
-      l.scale = a[12];
+      l.scale = lane_of(scale, k);
       NavigatorStart s;
-      s.state.r = {a[0], a[1], a[2]};
-      s.state.v = {a[3], a[4], a[5]};
-      s.state.q = {a[6], a[7], a[8], a[9]};
-      // Believed forward is turned clockwise by the mounting error from the true one.
-      s.state.eps_h = set.mounting_heading - a[10];
-      s.state.eps_p = set.mounting_pitch + a[11];
+      s.state = believed_start(set, start, mounting, pitching, k);
       const auto d = lane_of(declared, k);
       l.fix_std = d.fix;
       // The slip turns the unit's own axes: no belief in these.
@@ -61,14 +52,10 @@ class TrialNavigator {
     }
   }
   void tick(double t, const S& way) {
-    double v[8];
-    spread(way, v);
-    for (int k = 0; k < kWide<S>; ++k) lanes_[k].navigator->odometer({t, v[k], false});
+    for (int k = 0; k < kWide<S>; ++k) lanes_[k].navigator->odometer({t, lane_of(way, k), false});
   }
   void slip(const S& side) {
-    double v[8];
-    spread(side, v);
-    for (int k = 0; k < kWide<S>; ++k) lanes_[k].axes.slip(v[k]);
+    for (int k = 0; k < kWide<S>; ++k) lanes_[k].axes.slip(lane_of(side, k));
   }
   void epoch(double t, std::size_t number) {
     const auto& at = set_->truth.epochs[number];
@@ -87,22 +74,11 @@ class TrialNavigator {
         f.std_e = f.std_n = f.std_u = max(1e-3, l.fix_std);
         l.navigator->fix(f);
       }
-      const NominalState& s = l.navigator->state();
-      const Vec<Ecef> dr = s.r - at.state.r;
-      const double de = dot(dr, at.east), dn = dot(dr, at.north);
-      const auto& P = l.navigator->covariance().p;
-      const auto cov = [&](const Vec<Ecef>& a, const Vec<Ecef>& b) {
-        const double u[3] = {a.x, a.y, a.z}, v[3] = {b.x, b.y, b.z};
-        double sum = 0;
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) sum += u[i] * P[kDr + i][kDr + j] * v[j];
-        return sum;
-      };
-      const double ee = cov(at.east, at.east), en = cov(at.east, at.north),
-                   nn = cov(at.north, at.north);
-      l.now = sqrt(de * de + dn * dn);
+      const HorizontalMiss miss =
+          horizontal_miss(l.navigator->state(), l.navigator->covariance(), at);
+      l.now = miss.distance;
       if (t >= 120) l.most_pct = max(percent * l.now, l.most_pct);
-      l.nees_now = (nn * de * de - 2 * en * de * dn + ee * dn * dn) / (ee * nn - en * en);
+      l.nees_now = miss.nees;
       l.nees += l.nees_now;
       for (std::size_t i = 0; i < set_->fan.size(); ++i)
         if (set_->fan[i] == number) l.fan[i] = percent * l.now;
@@ -125,11 +101,7 @@ class TrialNavigator {
                  l.navigator->diverged() ? 1.0 : 0.0};
       rows[k].insert(rows[k].end(), l.fan.begin(), l.fan.end());
     }
-    double v[8];
-    for (std::size_t j = 0; j < rows[0].size(); ++j) {
-      for (int k = 0; k < kWide<S>; ++k) v[k] = rows[k][j];
-      m[j] = gather<S>(v);
-    }
+    gather_rows(rows, rows[0].size(), m);
   }
 
  private:

@@ -43,7 +43,7 @@ class TrialCalibration {
     const Spread<S, 12> e({mounting_, scale_, benchmark_std, n[0], n[1], n[2], n[3], sigmas.heading,
                            sigmas.drift, sigmas.heading_noise, sigmas.scale_noise,
                            sigmas.quantisation});
-    double v[kCalibrationMetrics][8];
+    double rows[kWide<S>][kCalibrationMetrics];
     for (int k = 0; k < kWide<S>; ++k) {
       const double* a = e.lane[k];
       CalibrationTrial trial;
@@ -55,11 +55,9 @@ class TrialCalibration {
       trial.scale_noise = a[10], trial.quantisation = a[11];
       trial.start = set_->truth.epochs.front().state.r;
       trial.end = set_->truth.epochs.back().state.r;
-      double out[kCalibrationMetrics];
-      calibrate_trial(trial, out);
-      for (std::size_t j = 0; j < kCalibrationMetrics; ++j) v[j][k] = out[j];
+      calibrate_trial(trial, rows[k]);
     }
-    for (std::size_t j = 0; j < kCalibrationMetrics; ++j) m[j] = gather<S>(v[j]);
+    gather_rows(rows, kCalibrationMetrics, m);
   }
 
  private:

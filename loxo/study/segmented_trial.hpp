@@ -16,17 +16,15 @@ class TrialSegmented {
   TrialSegmented(const DriveSetup& set, const DeclaredErrors<S>& declared,
                  const EcefState<S>& start, const S& mounting, const S& scale)
       : set_(&set) {
-    const Spread<S, 9> e({start.q_eb.w, start.q_eb.x, start.q_eb.y, start.q_eb.z, mounting, scale,
-                          start.v.x, start.v.y, start.v.z});
     for (int k = 0; k < kWide<S>; ++k) {
-      const double* a = e.lane[k];
+      const EcefState<double> x = lane_of(start, k);
       Lane& l = lanes_[k];
-      l.mounting = a[4], l.scale = a[5];
-      l.axes = BelievedAxes(set.truth, a[4]);
+      l.mounting = lane_of(mounting, k), l.scale = lane_of(scale, k);
+      l.axes = BelievedAxes(set.truth, l.mounting);
       const EcefState<double>& truth = set.truth.epochs.front().state;
       const auto place = to_geodetic(set.ellipsoid, truth.r);
       const auto level = geographic_axes(place.lat, place.lon);
-      const Rot<Ecef, Body> C_eb = to_matrix(Quat<Ecef, Body>{a[0], a[1], a[2], a[3]});
+      const Rot<Ecef, Body> C_eb = to_matrix(x.q_eb);
       // C~ = (I - [phi]) C.
       const auto off = C_eb * transpose(to_matrix(truth.q_eb));
       const Rot<Geographic, Geographic> E = level * (off * transpose(level));
@@ -40,7 +38,7 @@ class TrialSegmented {
         s.C_nb.m[1][j] = columns[j].y;
         s.C_nb.m[2][j] = columns[j].z;
       }
-      const auto v = level * Vec<Ecef>{a[6], a[7], a[8]};
+      const auto v = level * x.v;
       s.ve = v.x, s.vn = v.y;
       l.navigator =
           std::make_unique<SegmentedNavigator>(segmented_config(set, lane_of(declared, k)), s);
@@ -54,14 +52,10 @@ class TrialSegmented {
       lanes_[k].navigator->imu(lanes_[k].axes.sample(t, u.dt, e.lane[k]));
   }
   void tick(double t, const S& way) {
-    double v[8];
-    spread(way, v);
-    for (int k = 0; k < kWide<S>; ++k) lanes_[k].navigator->odometer({t, v[k], false});
+    for (int k = 0; k < kWide<S>; ++k) lanes_[k].navigator->odometer({t, lane_of(way, k), false});
   }
   void slip(const S& side) {
-    double v[8];
-    spread(side, v);
-    for (int k = 0; k < kWide<S>; ++k) lanes_[k].axes.slip(v[k]);
+    for (int k = 0; k < kWide<S>; ++k) lanes_[k].axes.slip(lane_of(side, k));
   }
   void epoch(std::size_t number) {
     const auto& at = set_->truth.epochs[number];
@@ -122,11 +116,7 @@ class TrialSegmented {
       rows[k].insert(rows[k].end(), l.scales.begin(), l.scales.end());
       rows[k].insert(rows[k].end(), l.fan.begin(), l.fan.end());
     }
-    double v[8];
-    for (std::size_t j = 0; j < rows[0].size(); ++j) {
-      for (int k = 0; k < kWide<S>; ++k) v[k] = rows[k][j];
-      m[j] = gather<S>(v);
-    }
+    gather_rows(rows, rows[0].size(), m);
   }
 
  private:
