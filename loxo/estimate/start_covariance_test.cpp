@@ -7,8 +7,6 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <random>
 
 #include "loxo/earth/attitude.hpp"
@@ -16,16 +14,10 @@
 #include "loxo/earth/gravity.hpp"
 #include "loxo/estimate/navigator.hpp"
 #include "loxo/num/units.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
-
-unsigned base_seed() {
-  const char* s = std::getenv("LOXO_TEST_SEED");
-  const unsigned k = s ? static_cast<unsigned>(std::atoi(s)) : std::random_device{}();
-  std::printf("LOXO_TEST_SEED=%u\n", k);
-  return k;
-}
 
 struct Place {
   const char* name;
@@ -61,7 +53,7 @@ Nine block(const Covariance<kStates>& P, const Eigen::Matrix<double, 9, 1>& unit
 // or neither: then they are given); the random part comes on top. Attitude and biases together are
 // as large, and as much of one piece, as the covariance says.
 TEST(StartCovariance, IsThatOfTheErrors) {
-  std::mt19937_64 rng(base_seed());
+  std::mt19937_64 rng(testing::seed());
   std::normal_distribution<double> g;
   constexpr int kDraws = 2000;
   // chi2 of 9 x 2000 degrees: six sigma.
@@ -119,7 +111,7 @@ TEST(StartCovariance, IsThatOfTheErrors) {
 // Every sigma on the diagonal of its own states and nothing beside it; the whole symmetric to the
 // bit, and no combination of states of negative variance. All zero, tiny, drawn.
 TEST(StartCovariance, EverySigmaStandsInItsPlace) {
-  std::mt19937_64 rng(base_seed());
+  std::mt19937_64 rng(testing::seed());
   for (const Place& place : kPlaces)
     for (const double size : {0.0, 1e-12, 1.0})
       for (const bool correlated : {true, false}) {

@@ -7,14 +7,13 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <random>
 #include <vector>
 
 #include "loxo/earth/attitude.hpp"
 #include "loxo/study/drive_modes.hpp"
+#include "test_seed.hpp"
 
 namespace loxo {
 namespace {
@@ -69,10 +68,7 @@ TEST(LaneValues, AStartIsBelievedWithItsMounting) {
 // Against the two-dimensional Gauss, by another's arithmetic, everywhere and for a covariance of
 // any shape.
 TEST(HorizontalMiss, IsThatOfTheHorizontalPart) {
-  const char* given = std::getenv("LOXO_TEST_SEED");
-  const unsigned seed = given ? static_cast<unsigned>(std::atoi(given)) : std::random_device{}();
-  std::printf("LOXO_TEST_SEED=%u\n", seed);
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng(testing::seed());
   std::normal_distribution<double> g;
   for (const double lat : {0.0, 0.7, -1.2, 0.5 * kPi, -0.5 * kPi})
     for (const double lon : {0.0, 2.0, kPi, -kPi})
@@ -103,7 +99,7 @@ TEST(HorizontalMiss, IsThatOfTheHorizontalPart) {
         EXPECT_NEAR(miss.squared, d.squaredNorm(), rounding * all2);
         EXPECT_NEAR(miss.distance, d.norm(), rounding * all2 / d.norm());
         EXPECT_NEAR(miss.nees, d.dot(H.ldlt().solve(d)), rounding * condition * all2 / smallest)
-            << "seed " << seed << " lat " << lat << " lon " << lon;
+            << "lat " << lat << " lon " << lon;
       }
 }
 
