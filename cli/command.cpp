@@ -9,7 +9,9 @@
 #include <iostream>
 #include <memory>
 #include <new>
+#include <sstream>
 
+#include "cli/config_file.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/text/nearest.hpp"
 #include "loxo/text/quantity.hpp"
@@ -29,7 +31,7 @@ void add_globals(CLI::App* app, Globals& g) {
   app->add_flag("--json", g.json, "machine-readable result on standard output, nothing else there");
   app->add_flag("--quiet", g.quiet, "no words but errors");
   app->add_flag("-v,--verbose", g.verbose, "say more");
-  app->set_config("--config", "", "read option values from FILE (TOML)");
+  app->add_option("--config", g.config, "read option values from FILE (TOML)");
   app->add_option("--set", g.sets, "key=value: replaces a key of the drive, scenario or campaign")
       ->allow_extra_args(false);
   app->add_option("--seed", g.seed, "seed of the random numbers");
@@ -47,15 +49,20 @@ void known_names(const CLI::App* app, std::vector<std::string>& names) {
   for (const auto* sub : app->get_subcommands()) known_names(sub, names);
 }
 
-std::string first_word_after_colon(const std::string& message) {
+// What the command line says and the program does not know: of what CLI11 names after its colon
+// (last argument first) the option, else the first word.
+std::string unknown_word(const std::string& message) {
   const auto colon = message.rfind(": ");
   if (colon == std::string::npos) return {};
-  std::string word = message.substr(colon + 2);
-  const auto space = word.find(' ');
-  word = word.substr(0, space);
-  while (!word.empty() && (word.front() == '[' || word.front() == '\'')) word.erase(0, 1);
-  while (!word.empty() && (word.back() == ']' || word.back() == '\'')) word.pop_back();
-  return word.substr(0, word.find('='));
+  std::istringstream words(message.substr(colon + 2));
+  std::string found;
+  for (std::string word; words >> word;) {
+    while (!word.empty() && (word.front() == '[' || word.front() == '\'')) word.erase(0, 1);
+    while (!word.empty() && (word.back() == ']' || word.back() == '\'')) word.pop_back();
+    if (found.empty() || found.front() != '-' || (!word.empty() && word.front() == '-'))
+      found = word;
+  }
+  return found.substr(0, found.find('='));
 }
 
 }  // namespace
@@ -158,7 +165,12 @@ void Progress::at(double done) {
 
 int run(CLI::App& app, int argc, char** argv) {
   try {
-    app.parse(argc, argv);
+    std::vector<std::string> arguments(argv + 1, argv + argc);
+    const std::vector<std::string> more = arguments_of_config(app, arguments);
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+    app.name(argv[0]);
+    app.parse(std::move(arguments));
     std::cout.flush();
     return exit_code;
   } catch (const CLI::ParseError& e) {
@@ -167,12 +179,19 @@ int run(CLI::App& app, int argc, char** argv) {
       return 0;
     }
     std::vector<std::string> names;
+    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
+      for (const auto* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(sub->get_name());
+      std::cerr << "loxo: '" << argv[1] << "' is no command" << suggestion(argv[1], names)
+                << "\nloxo: see 'loxo --help'\n";
+      return static_cast<int>(ErrorKind::kUsage);
+    }
     known_names(&app, names);
     std::string hint;
-    const std::string word = first_word_after_colon(e.what());
+    const std::string word = unknown_word(e.what());
     if (!word.empty()) {
       const auto near = nearest(word, names);
-      if (!near.empty()) hint = "; did you mean '" + near + "'?";
+      if (!near.empty() && near != word) hint = "; did you mean '" + near + "'?";
     }
     std::cerr << "loxo: " << e.what() << hint << "\nloxo: see 'loxo --help'\n";
     return static_cast<int>(ErrorKind::kUsage);

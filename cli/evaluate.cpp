@@ -107,7 +107,14 @@ int run(const Globals& globals, const Options& o) {
   if (!o.to.empty()) config.to = option_quantity(o.to, Dimension::kTime, "--to");
 
   Diagnostics diagnostics;
-  Ellipsoid ellipsoid = o.ellipsoid.empty() ? wgs84() : ellipsoid_by_name(o.ellipsoid);
+  if (config.to <= config.from)
+    throw Error(ErrorKind::kUsage, "the stretch ends before it begins: --to " + o.to, "--from");
+  Ellipsoid ellipsoid = wgs84();
+  try {
+    if (!o.ellipsoid.empty()) ellipsoid = ellipsoid_by_name(o.ellipsoid);
+  } catch (const Error& e) {
+    throw Error(ErrorKind::kUsage, e.what(), "--ellipsoid");
+  }
   // The solution names its ellipsoid and its drive; options rule over both.
   Solution solution = read_solution(o.solution, ellipsoid, diagnostics);
   const auto meta = [&](const char* key) {

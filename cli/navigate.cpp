@@ -97,6 +97,13 @@ void add_navigate(CLI::App& app, Globals& globals) {
         require_one_of(o->integrator, {"exact", "midpoint", "start-latitude"}, "--integrator");
         if (!o->vertical.empty())
           require_one_of(o->vertical, {"free", "fixed", "ship", "external"}, "--vertical");
+        if (o->precision < 0 || o->precision > 17)
+          throw Error(ErrorKind::kUsage,
+                      "expected 0 to 17 significant digits, found " + std::to_string(o->precision),
+                      "--precision");
+        if (!o->innovations.empty() && (o->mode == "reckon" || o->mode == "inertial"))
+          throw Error(ErrorKind::kUsage, "innovations come from the modes filter and smooth",
+                      "--innovations");
         if (o->mode == "reckon") return navigate_reckon(globals, *o);
         if (o->mode == "inertial") return navigate_inertial(globals, *o);
         return navigate_filter(globals, *o);

@@ -55,6 +55,8 @@ FilterOptions options_of(const NavigateOptions& o, const std::string& output) {
     f.fixes_until = option_quantity(o.fixes_until, Dimension::kTime, "--fixes-until");
   if (!o.fix_every.empty())
     f.fix_every = option_quantity(o.fix_every, Dimension::kTime, "--fix-every");
+  if (!o.fix_every.empty() && !(f.fix_every > 0))
+    throw Error(ErrorKind::kUsage, "the time between two fixes must be positive", "--fix-every");
   if (o.no_fixes) f.fixes_until = -1e300;
   for (const std::string& text : o.outages) {
     const std::size_t colon = text.find(':');

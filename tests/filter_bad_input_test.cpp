@@ -284,6 +284,15 @@ TEST(FilterBadInput, TheSmoothersDisk) {
   code("TMPDIR=" + here + " timeout -s KILL 0.05 " + command);  // killed on the way
   EXPECT_TRUE(fs::is_empty(here));
 }
+TEST(FilterBadInput, NoTimeBetweenFixes) {
+  for (const char* time : {"0s", "-3s"}) {
+    const Outcome o = run("navigate " + base() + " --mode filter --fix-every=" + time);
+    EXPECT_EQ(o.exit_code, 2) << o.err;
+    EXPECT_NE(o.err.find("--fix-every: the time between two fixes must be positive"),
+              std::string::npos)
+        << o.err;
+  }
+}
 // A long gap: said in the rows of every mode, and the fixes give the heading back.
 TEST(FilterBadInput, AGapOfHalfAMinute) {
   const auto gap = [](Rows& rows) { rows.erase(rows.begin() + 3700, rows.begin() + 5200); };
