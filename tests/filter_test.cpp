@@ -15,6 +15,7 @@
 
 #include "loxo/estimate/exact_route.hpp"
 #include "loxo/log/solution_file.hpp"
+#include "loxo/study/filter_settings.hpp"
 #include "loxo/study/filter_start.hpp"
 #include "loxo/study/online_calibration.hpp"
 #include "loxo/text/json.hpp"

@@ -13,7 +13,9 @@
 #include "loxo/ins/handover.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
+#include "loxo/study/coarse_odometer.hpp"
 #include "loxo/study/filter_findings.hpp"
+#include "loxo/study/filter_settings.hpp"
 #include "loxo/study/filter_start.hpp"
 #include "loxo/study/planar_drive.hpp"
 

@@ -99,12 +99,6 @@ struct FilterResult {
   bool has_odometer = false;
 };
 
-// The settings that a drive's own description leads to; interval: of the IMU, s; mean_speed: of a
-// speed odometer's readings in motion, m/s. Told to `meta`.
-NavigatorConfig settings_of(const Drive& drive, const FilterOptions& options, double imu_interval,
-                            double odometer_interval, bool odometer_is_speed, double mean_speed,
-                            std::map<std::string, std::string>& meta);
-
 // Throws Error(kInput) where the first rows contradict the declared unit, or the axes while no
 // attitude is given that could explain them; not with `force`.
 void refuse_unsound(const ImuReader& reader, const Drive& drive, bool force);

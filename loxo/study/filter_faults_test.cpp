@@ -19,6 +19,7 @@
 #include "loxo/num/units.hpp"
 #include "loxo/study/consistency.hpp"
 #include "loxo/study/filter_drive.hpp"
+#include "loxo/study/filter_settings.hpp"
 #include "loxo/study/simulated_vehicle.hpp"
 #include "test_seed.hpp"
 

@@ -2,7 +2,7 @@
 // What a run of the joint filter found wrong with its input, in words: nothing is left out or
 // repaired in silence.
 #pragma once
-#include "loxo/study/filter_start.hpp"
+#include "loxo/study/drive_measurements.hpp"
 
 namespace loxo {
 

@@ -12,6 +12,7 @@
 #include "loxo/ins/handover.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
+#include "loxo/study/filter_settings.hpp"
 #include "loxo/study/filter_start.hpp"
 
 namespace loxo {

@@ -14,7 +14,7 @@
 #include "loxo/log/solution_file.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
-#include "loxo/study/filter_start.hpp"
+#include "loxo/study/drive_measurements.hpp"
 
 namespace loxo {
 namespace {

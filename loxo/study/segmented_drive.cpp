@@ -8,6 +8,8 @@
 #include "loxo/estimate/segmented.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
+#include "loxo/study/coarse_odometer.hpp"
+#include "loxo/study/filter_settings.hpp"
 #include "loxo/study/filter_start.hpp"
 
 namespace loxo {
