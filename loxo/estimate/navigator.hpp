@@ -262,7 +262,7 @@ class Navigator : private NavigatorMemory {
   void coast_to(double t);
   bool find_heading(const Fix& fix);
   void contradict(double nis);
-  void judge_odometer(const Weighed& w, double y, double t);
+  void judge_odometer(const Weighed& w, double y, double h, double t);
   void reset_accumulator(int axis, double value);
 
   NavigatorConfig config_;

@@ -291,10 +291,14 @@ TEST(Navigator, RejectionEnds) {
         100 * more, t.events.lock_recoveries, t.events.slip, t.k, t.k_std, t.end_error,
         t.sigma.back());
     EXPECT_TRUE(t.inside);
-    EXPECT_GT(t.events.lock_recoveries, 0);
-    // One reading a second; not for lock_time, and not much longer: P doubles each second.
+    // One reading a second; not for lock_time, and at the first opening the scale takes all of it,
+    // whatever is drawn: where the velocity takes a part (seeds 4, 5, 8), the next change of speed
+    // ends in a second lock.
+    EXPECT_EQ(t.events.lock_recoveries, 1);
     EXPECT_GE(t.events.slip, NavigatorConfig{}.lock_time - 1);
-    EXPECT_LT(t.events.slip, NavigatorConfig{}.lock_time + 30);
+    EXPECT_LE(t.events.slip, NavigatorConfig{}.lock_time + 3);
+    // 99.9999 % of a plane normal.
+    EXPECT_LT(t.end_error, 5.26 * t.sigma.back());
     EXPECT_NEAR(t.events.first_slip, 151, 1.5);
     bool said = false;
     for (std::size_t i = 0; i < t.t.size(); ++i) {

@@ -5,7 +5,7 @@
 
 namespace loxo {
 
-void Navigator::judge_odometer(const Weighed& w, double y, double t) {
+void Navigator::judge_odometer(const Weighed& w, double y, double h, double t) {
   if (w.verdict == Verdict::kRejected) {
     health_ |= kHealthSlip;
     (y > 0 ? events_.slip : events_.skid) += 1;
@@ -24,10 +24,11 @@ void Navigator::judge_odometer(const Weighed& w, double y, double t) {
     ++events_.lock_recoveries;
     standing_health_ |= kHealthSlip | kHealthUncovered;
     for (int i = 0; i < 6; ++i) P_.p[i][i] *= 2.0;
-    // A wheel that reads otherwise for good has another scale: opened as of an unknown one, and
-    // further, so that it takes the blame before the velocity does.
+    // A wheel that reads otherwise for good has another scale: opened as of an unknown one, and at
+    // once as far as it reads otherwise, so that it takes the blame and the velocity does not.
+    const double other = min(fabs(s_.scale * y / h), 1.0);  // h is 0 where a wheel spins at rest
     double& k = P_.p[kScale][kScale];
-    if (k > 0) k = max(2.0 * k, config_.scale_std * config_.scale_std);
+    if (k > 0) k = max(max(2.0 * k, other * other), config_.scale_std * config_.scale_std);
     if (t - rejected_since_ > 60.0 && standing_ != Standing::kDeadEncoder)
       standing_health_ |= kHealthDiverged;
   }
@@ -100,7 +101,7 @@ void Navigator::use_speed(const WheelReading& u, const MeasurementPoint& p) {
   const double y = u.sign * value - m.h;
   scalar(Sensor::kOdometer, m, u.sign * value, r, config_.gate, &w);
   close();
-  judge_odometer(w, y, s_.t);
+  judge_odometer(w, y, m.h, s_.t);
 }
 
 // Way of the wheel from a time within the last step to now, by the constants now in use.
@@ -156,7 +157,7 @@ void Navigator::use_distance(const WheelReading& u) {
     const double y = tick_sum_ - m.h;
     scalar(Sensor::kOdometer, m, tick_sum_, r, config_.gate, &w);
     close();
-    judge_odometer(w, y, s_.t);
+    judge_odometer(w, y, m.h, s_.t);
   }
   begin_way(tick.t);
 }
