@@ -15,6 +15,7 @@
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/gravity.hpp"
 #include "loxo/errors/level_errors.hpp"
+#include "loxo/num/rotation_forms.hpp"
 #include "loxo/num/units.hpp"
 #include "test_seed.hpp"
 
@@ -214,11 +215,7 @@ AxesOf wander_near(const Ellipsoid& ell, const Vec<Ecef>& n0) {
       return a + cross(k, a) + cross(k, cross(k, a)) * (1 / (1 + c));
     };
     const Vec<Ecef> x = carried(east), y = cross(n, x);
-    Rot<Wander, Ecef> C;
-    const Vec<Ecef>* rows[3] = {&x, &y, &n};
-    for (int i = 0; i < 3; ++i)
-      C.m[i][0] = rows[i]->x, C.m[i][1] = rows[i]->y, C.m[i][2] = rows[i]->z;
-    return wander_level_axes(ell, n, h, C);
+    return wander_level_axes(ell, n, h, from_axes<Wander>(x, y, n));
   };
 }
 

@@ -10,6 +10,7 @@
 #include "loxo/earth/attitude.hpp"
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/gravity.hpp"
+#include "loxo/num/rotation_forms.hpp"
 #include "loxo/num/units.hpp"
 
 namespace loxo {
@@ -65,10 +66,7 @@ inline ExactRoute make_exact_route(const Ellipsoid& ell, const Geodetic<double>&
     } else {
       const Quat<Ecef, Body>& q0 = out.q.back();
       const Quat<Body, Body> d = conjugate(q0) * exp_rotation<Ecef, Ecef>(w * dt) * q;
-      const double m = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z),
-                   k0 = m < 1e-12 ? 2.0 : 2.0 * std::atan2(m, std::fabs(d.w)) / m;
-      const double k = d.w < 0 ? -k0 : k0;
-      const Vec<Body> rho{k * d.x, k * d.y, k * d.z};
+      const Vec<Body> rho = rotation_vector(d);
       // Coning term of the one-sample-and-its-predecessor form taken back.
       const Vec<Body>& a0 = out.dtheta.back();
       Vec<Body> a = rho;

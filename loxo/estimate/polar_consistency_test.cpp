@@ -13,6 +13,7 @@
 #include "loxo/earth/gravity.hpp"
 #include "loxo/errors/level_errors.hpp"
 #include "loxo/estimate/measurements.hpp"
+#include "loxo/num/rotation_forms.hpp"
 #include "loxo/num/units.hpp"
 #include "test_seed.hpp"
 
@@ -43,11 +44,6 @@ void advance(Quat<Ecef, Body>& q, Vec<Ecef>& v, Point<Ecef>& r, const Vec<Body>&
   q = normalized(exp_rotation<Ecef, Ecef>(kEarth * (-kDt)) * q * exp_rotation<Body, Body>(rho));
   r = r + (0.5 * kDt) * (v + v1);
   v = v1;
-}
-Vec<Body> log_of(const Quat<Body, Body>& q) {
-  const double n = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z),
-               k = n < 1e-12 ? 2.0 : 2.0 * std::atan2(n, q.w) / n;
-  return {k * q.x, k * q.y, k * q.z};
 }
 // A weave from 14 km before the pole to 14 km behind it, passing it at some hundred metres.
 Truth make_truth() {
@@ -87,7 +83,8 @@ Truth make_truth() {
     const auto& q0 = t.q[static_cast<std::size_t>(i) - 1];
     const Vec<Ecef>& v0 = t.v[static_cast<std::size_t>(i) - 1];
     const Point<Ecef>& r0 = t.r[static_cast<std::size_t>(i) - 1];
-    t.rho.push_back(log_of(conjugate(q0) * exp_rotation<Ecef, Ecef>(kEarth * kDt) * t.q.back()));
+    t.rho.push_back(
+        rotation_vector(conjugate(q0) * exp_rotation<Ecef, Ecef>(kEarth * kDt) * t.q.back()));
     const Vec<Ecef> first =
         v - v0 - kDt * (gravity_at(r0 + v0 * (0.5 * kDt)) - cross(kEarth, v0 + v));
     Vec<Ecef> c = first;

@@ -11,6 +11,7 @@
 #include "loxo/earth/gravity.hpp"
 #include "loxo/errors/level_errors.hpp"
 #include "loxo/ins/strapdown.hpp"
+#include "loxo/num/rotation_forms.hpp"
 
 namespace loxo {
 namespace {
@@ -194,10 +195,7 @@ struct SegmentedNavigator::Impl {
     const double hyp = hypot(n.n.x, n.n.y);
     const Vec<Ecef> east{-n.n.y / hyp, n.n.x / hyp, 0.0};
     const Vec<Ecef> north = cross(n.n, east);
-    Rot<Geographic, Ecef> C;
-    const Vec<Ecef>* rows[3] = {&east, &north, &n.n};
-    for (int i = 0; i < 3; ++i)
-      C.m[i][0] = rows[i]->x, C.m[i][1] = rows[i]->y, C.m[i][2] = rows[i]->z;
+    const auto C = from_axes<Geographic>(east, north, n.n);
     const Rot<Geographic, Body> now = C * to_matrix(q);
     forward = forward + Vec<Geographic>{0.5 * (now.m[0][1] + C_nb.m[0][1]),
                                         0.5 * (now.m[1][1] + C_nb.m[1][1]),

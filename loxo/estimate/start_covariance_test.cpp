@@ -13,6 +13,7 @@
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/earth/gravity.hpp"
 #include "loxo/estimate/navigator.hpp"
+#include "loxo/ins/alignment.hpp"
 #include "loxo/num/units.hpp"
 #include "test_seed.hpp"
 
@@ -86,12 +87,7 @@ TEST(StartCovariance, IsThatOfTheErrors) {
                           f = transpose(C_nb) * Vec<Geographic>{0, 0, gamma} +
                               (static_level ? 1.0 : 0.0) * ba,
                           true_north{C_nb.m[1][0], C_nb.m[1][1], C_nb.m[1][2]};
-          const Vec<Body> u = f * (1 / norm(f)), e0 = cross(static_heading ? w : true_north, u),
-                          east = e0 * (1 / norm(e0)), north = cross(u, east);
-          Rot<Geographic, Body> A;
-          const Vec<Body>* rows[3] = {&east, &north, &u};
-          for (int i = 0; i < 3; ++i)
-            A.m[i][0] = rows[i]->x, A.m[i][1] = rows[i]->y, A.m[i][2] = rows[i]->z;
+          const Rot<Geographic, Body> A = coarse_static(static_heading ? w : true_north, f);
           const Vec<Geographic> random{e.level * g(rng), e.level * g(rng), e.heading * g(rng)};
           const Rot<Ecef, Ecef> D = transpose(C) *
                                     to_matrix(exp_rotation<Geographic, Geographic>(-random)) * A *

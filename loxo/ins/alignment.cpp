@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "loxo/num/functions.hpp"
+#include "loxo/num/rotation_forms.hpp"
 #include "loxo/num/units.hpp"
 
 namespace loxo {
@@ -86,11 +87,7 @@ double HeadingSigma::total() const {
 Rot<Geographic, Body> coarse_static(const Vec<Body>& w, const Vec<Body>& f) {
   const Vec<Body> u = f * (1 / norm(f)), east = cross(w, u);
   const Vec<Body> e = east * (1 / norm(east)), n = cross(u, e);
-  Rot<Geographic, Body> c;
-  const Vec<Body>* rows[3] = {&e, &n, &u};
-  for (int i = 0; i < 3; ++i)
-    c.m[i][0] = rows[i]->x, c.m[i][1] = rows[i]->y, c.m[i][2] = rows[i]->z;
-  return c;
+  return from_axes<Geographic>(e, n, u);
 }
 
 HeadingSigma coarse_static_sigma(const AlignmentErrors& e, double w_north, double T,

@@ -9,6 +9,7 @@
 #include <cstdio>
 
 #include "loxo/ins/closed_form_truth.hpp"
+#include "loxo/num/rotation_forms.hpp"
 #include "loxo/num/units.hpp"
 
 namespace loxo {
@@ -35,9 +36,7 @@ StepIncrement<double> exact_step(const truth::Motion& m, double t0, double T) {
     v += rotate(q, u.velocity);
     q = normalized(q * exp_step<Body, Body>(u.rotation));
   }
-  const double n = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
-  const double k = n > 0 ? 2 * std::atan2(n, q.w) / n : 2;
-  return {T, {k * q.x, k * q.y, k * q.z}, v};
+  return {T, rotation_vector(q), v};
 }
 
 // Errors of n samples over T, worst of some times.

@@ -6,19 +6,13 @@
 
 #include "loxo/earth/gravity.hpp"
 #include "loxo/num/error.hpp"
+#include "loxo/num/rotation_forms.hpp"
 #include "loxo/num/units.hpp"
 
 namespace loxo {
 namespace {
 
 using Turn = Quat<Ecef, Body, double>;
-
-// Rotation vector of a small turn q (any size below pi): the inverse of exp_rotation.
-Vec<Body, double> rotation_vector(const Quat<Body, Body, double>& q) {
-  const double n = sqrt(q.x * q.x + q.y * q.y + q.z * q.z), sign = q.w < 0 ? -1.0 : 1.0;
-  const double k = n < 1e-12 ? 2.0 : 2.0 * atan2(n, fabs(q.w)) / n;
-  return {sign * k * q.x, sign * k * q.y, sign * k * q.z};
-}
 
 // exp_rotation for increments: by its series to 1e-14 where small, at a third of the time.
 template <class F>

@@ -12,6 +12,7 @@
 #include "loxo/estimate/alignment.hpp"
 #include "loxo/ins/alignment.hpp"
 #include "loxo/num/error.hpp"
+#include "loxo/num/rotation_forms.hpp"
 #include "loxo/num/units.hpp"
 
 namespace loxo {
@@ -31,20 +32,13 @@ constexpr double kLevelInMotion = 0.5 * deg;
 constexpr double kStoredStd = 3 * deg;
 constexpr double kPoorLatitude = 5;  // sigmas between the latitude given and that found
 
-Rot<Geographic, Body> rows_of(const Vec<Body>& e, const Vec<Body>& n, const Vec<Body>& u) {
-  Rot<Geographic, Body> c;
-  const Vec<Body>* rows[3] = {&e, &n, &u};
-  for (int i = 0; i < 3; ++i)
-    c.m[i][0] = rows[i]->x, c.m[i][1] = rows[i]->y, c.m[i][2] = rows[i]->z;
-  return c;
-}
 // Level from the specific force; heading of the forward axis as given.
 Rot<Geographic, Body> level_attitude(const Vec<Body>& up, double heading) {
   const Vec<Body> u = up * (1 / norm(up));
   const Vec<Body> f = Vec<Body>{0, 1, 0} - u * u.y;
   const Vec<Body> n0 = f * (1 / norm(f)), e0 = cross(n0, u);  // forward and right, levelled
   const double s = std::sin(heading), c = std::cos(heading);
-  return rows_of(e0 * c + n0 * s, n0 * c - e0 * s, u);
+  return from_axes<Geographic>(e0 * c + n0 * s, n0 * c - e0 * s, u);
 }
 
 // The gyros' turn of heading from the standstill to the first course: two-step alignment (4.4).

@@ -12,8 +12,10 @@
 #include "loxo/earth/gravity.hpp"
 #include "loxo/estimate/measurements.hpp"
 #include "loxo/estimate/navigator.hpp"
+#include "loxo/ins/alignment.hpp"
 #include "loxo/num/error.hpp"
 #include "loxo/num/random.hpp"
+#include "loxo/num/rotation_forms.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/study/drive_truth.hpp"
 
@@ -23,12 +25,6 @@ namespace {
 enum : std::uint64_t { kConstant, kStart, kImu, kWheel, kSlip, kFixes, kWalk };
 // Below it a slip in metres would be an angle that no vehicle has.
 constexpr double kSlowest = 1.0;  // m/s
-
-Vec<Body> log_of(const Quat<Body, Body>& q) {
-  const double n = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
-  const double k = n < 1e-12 ? 2.0 : 2.0 * std::atan2(n, std::fabs(q.w)) / n;
-  return (q.w < 0 ? -k : k) * Vec<Body>{q.x, q.y, q.z};
-}
 
 long count(double interval, double dt) { return std::max(1L, std::lround(interval / dt)); }
 
@@ -174,15 +170,9 @@ void SimulatedVehicle::align() {
   const double gamma = normal_gravity(ell, std::sin(place.lat), place.h);
   const Vec<Body> f = transpose(C_nb) * Vec<Geographic>{0, 0, gamma} + constants_.ba;
   const Vec<Body> w = transpose(to_matrix(truth.q)) * Vec<Ecef>{0, 0, ell.w_ie} + constants_.bg;
-  const Vec<Body> u = f * (1 / norm(f));
   // With a heading given, east is taken from the true axes and levelled anew.
   const Vec<Body> true_north{C_nb.m[1][0], C_nb.m[1][1], C_nb.m[1][2]};
-  const Vec<Body> e0 = cross(e_.static_heading ? w : true_north, u), e = e0 * (1 / norm(e0)),
-                  n = cross(u, e);
-  Rot<Geographic, Body> A;
-  const Vec<Body>* rows[3] = {&e, &n, &u};
-  for (int i = 0; i < 3; ++i)
-    A.m[i][0] = rows[i]->x, A.m[i][1] = rows[i]->y, A.m[i][2] = rows[i]->z;
+  const Rot<Geographic, Body> A = coarse_static(e_.static_heading ? w : true_north, f);
   const Vec<Geographic> random{e_.level_std * g[0], e_.level_std * g[1], e_.heading_std * g[2]};
   start_ = NominalState{};
   start_.q = normalized(to_quaternion(transpose(C_ne)) *
@@ -242,8 +232,9 @@ bool SimulatedVehicle::next() {
   const Vec<Body> w_before = w_, angle = swing(i_).angle;
   turned_ = exp_rotation<Body, Body>(-angle);
   w_ = rate_at(i_);
-  const Vec<Body> turn = log_of(before * exp_rotation<Body, Body>(u.dtheta) * conjugate(turned_));
-  const Vec<Body> half = 0.5 * (angle + log_of(conjugate(before)));
+  const Vec<Body> turn =
+      rotation_vector(before * exp_rotation<Body, Body>(u.dtheta) * conjugate(turned_));
+  const Vec<Body> half = 0.5 * (angle + rotation_vector(conjugate(before)));
   const Vec<Body> w = turn * (1 / dt);
   const Vec<Body> dv = to_matrix(exp_rotation<Body, Body>(-half)) * u.dv -
                        cross(w_ - w_before, arm_) - dt * cross(w, cross(w, arm_));
@@ -284,13 +275,11 @@ bool SimulatedVehicle::next() {
 Nees nees_of(const NominalState& s, const Covariance<kStates>& P, const NominalState& truth) {
   using Vector = Eigen::Matrix<double, 15, 1>;
   const Quat<Ecef, Ecef> d = s.q * conjugate(truth.q);  // C~ C^T = exp(-[psi])
-  const double n = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-  const double k =
-      -(n < 1e-12 ? 2.0 : 2.0 * std::atan2(n, std::fabs(d.w)) / n) * (d.w < 0 ? -1 : 1);
+  const Vec<Ecef> psi = -rotation_vector(d);
   const Vec<Ecef> dv = s.v - truth.v, dr = s.r - truth.r;
   const Vec<Body> g = truth.bg - s.bg, a = truth.ba - s.ba;
   Vector e;
-  e << k * d.x, k * d.y, k * d.z, dv.x, dv.y, dv.z, dr.x, dr.y, dr.z, g.x, g.y, g.z, a.x, a.y, a.z;
+  e << psi.x, psi.y, psi.z, dv.x, dv.y, dv.z, dr.x, dr.y, dr.z, g.x, g.y, g.z, a.x, a.y, a.z;
   Eigen::Matrix<double, 15, 15> M;
   for (int i = 0; i < 15; ++i)
     for (int j = 0; j < 15; ++j) M(i, j) = P.p[i][j];
