@@ -115,6 +115,9 @@ struct SegmentedNavigator::Impl {
   double k = 1, mu = 0;
   bool switched = false, set_off = false;
   double total_e = 0, total_n = 0;
+  // What the odometer's point has gone beyond the IMU's since the start, by turning about it: east,
+  // north, up. The track is reckoned for the odometer's point, from the IMU's start.
+  Vec<Geographic> lever_start, lever_way, lever_before;
   // Filters
   V4 x4 = V4::Zero();
   M4 P4 = M4::Zero();
@@ -132,6 +135,7 @@ struct SegmentedNavigator::Impl {
     t = t0 = last_epoch = last_tick = s.t;
     const Rot<Geographic, Ecef> C = geographic_axes(s.place.lat, s.place.lon);
     C_nb = s.C_nb;
+    lever_start = C_nb * c.lever;
     q = to_quaternion(transpose(C) * s.C_nb);
     v = transpose(C) * Vec<Geographic>{s.ve, s.vn, 0};
     r = to_ecef(c.ellipsoid, s.place);
@@ -230,7 +234,9 @@ struct SegmentedNavigator::Impl {
       se += e, sn += n;
       const std::complex<double> z = std::complex<double>(n, e) * std::polar(1.0, -mu) / k;
       advance(z.imag(), z.real());
-      up_speed = ds * dir.z / k / interval;
+      const Vec<Geographic> turned = C_nb * c.lever - lever_start;
+      up_speed = (ds * dir.z / k - (turned.z - lever_way.z)) / interval;
+      lever_way = turned;
     }
     length += fabs(ds);
     distance += fabs(ds);
@@ -316,9 +322,11 @@ struct SegmentedNavigator::Impl {
     // know the noise of the very reading that they weigh (mean of gain times innovation: not zero,
     // and on a straight road, where scale and speed hardly part, the scale drifts away). For them
     // the increment is foretold from the INS and what the filter has found so far.
-    const std::complex<double> moved((ins.lat - ins_before.lat) * kn,
-                                     wrap_pi(ins.lon - ins_before.lon) * ke);
+    const std::complex<double> moved(
+        (ins.lat - ins_before.lat) * kn + lever_way.y - lever_before.y,
+        wrap_pi(ins.lon - ins_before.lon) * ke + lever_way.x - lever_before.x);
     ins_before = ins;
+    lever_before = lever_way;
     M16 A = M16::Identity();
     A.topLeftCorner<12, 12>() += FT + 0.5 * FT * FT;
     M16 foretold = A;
@@ -354,7 +362,7 @@ struct SegmentedNavigator::Impl {
     Pj = foretold * Pj * foretold.transpose() + Q;
     xj = A * xj;
 
-    const V2 difference{wrap_pi(dr_lon - ins.lon) * ke, (dr_lat - ins.lat) * kn};
+    const V2 difference = apart_by(ins, ke, kn);
     if (!switched) {
       stored.push_back({se, sn});
       total_e += se, total_n += sn;
@@ -470,13 +478,18 @@ struct SegmentedNavigator::Impl {
     switched = true;
   }
 
+  // East, north: the reckoned position of the IMU less the INS's, m.
+  V2 apart_by(const Geodetic<double>& ins, double ke, double kn) const {
+    return {wrap_pi(dr_lon - ins.lon) * ke - lever_way.x, (dr_lat - ins.lat) * kn - lever_way.y};
+  }
+
   void fill(const Geodetic<double>& ins, double ke, double kn) {
     auto place = [&](Horizontal& h, double e, double n, const M2& P) {
       h.lat = ins.lat + n / kn;
       h.lon = wrap_pi(ins.lon + e / ke);
       h.cov[0] = P(0, 0), h.cov[1] = 0.5 * (P(0, 1) + P(1, 0)), h.cov[2] = P(1, 1);
     };
-    const V2 d{wrap_pi(dr_lon - ins.lon) * ke, (dr_lat - ins.lat) * kn};
+    const V2 d = apart_by(ins, ke, kn);
     // Until the switch too the reckoned position is the increments' with the present calibration,
     // so that neither it nor the weights jump there.
     const M18 B = switched ? M18::Identity() : replayed();
@@ -525,6 +538,8 @@ SegmentedNavigator::~SegmentedNavigator() = default;
 void SegmentedNavigator::imu(const ImuIncrement<double>& sample) { impl_->imu(sample); }
 bool SegmentedNavigator::odometer(const OdometerTick& tick) { return impl_->odometer(tick); }
 const SegmentedEpoch& SegmentedNavigator::epoch() const { return impl_->out; }
+const Point<Ecef>& SegmentedNavigator::ins() const { return impl_->r; }
+const Vec<Ecef>& SegmentedNavigator::velocity() const { return impl_->v; }
 const Rot<Geographic, Body>& SegmentedNavigator::attitude() const { return impl_->C_nb; }
 double SegmentedNavigator::t() const { return impl_->t; }
 

@@ -25,6 +25,7 @@ struct SegmentedConfig {
   double scale_noise = 1e-3, slip_noise = 8.7e-4;                // white, per second
   double scale_walk = 2e-5, mounting_walk = 1e-6;                // 1/sqrt(s), rad/sqrt(s)
   double quantisation = 0;                                       // m
+  Vec<Body> lever;  // from the IMU to the point whose way the odometer tells, body axes, m
   // R(t) of phase 1; c_a: the part of the accelerometers' bias that the alignment has not taken up
   // (1 where the level was not found from them).
   double r0 = 0.5, c_a = 0.3;
@@ -72,6 +73,9 @@ class SegmentedNavigator {
   // then tells.
   bool odometer(const OdometerTick& tick);
   const SegmentedEpoch& epoch() const;
+  // Where the INS alone is now, the height being the reckoned one.
+  const Point<Ecef>& ins() const;
+  const Vec<Ecef>& velocity() const;
   // Attitude of the INS now (body to ENU).
   const Rot<Geographic, Body>& attitude() const;
   double t() const;

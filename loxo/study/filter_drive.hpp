@@ -109,8 +109,8 @@ using RowSink = std::function<void(const SolutionRow&)>;
 FilterResult filter_drive(const Drive& drive, const FilterOptions& options, const RowSink& sink,
                           Diagnostics& diagnostics);
 
-// The segmented method (vehicle.md 6-7): the weighted solution once a second, its phases and the
-// joint filter beside it.
+// The segmented method (vehicle.md 6-7): the weighted solution (its epochs a second apart, the INS
+// between them), its phases and the joint filter beside it.
 struct SegmentedResult {
   std::map<std::string, std::string> meta;
   AlignmentReport alignment;

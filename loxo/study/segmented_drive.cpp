@@ -13,6 +13,13 @@
 #include "loxo/study/filter_start.hpp"
 
 namespace loxo {
+namespace {
+
+// m from a pole: here the two tracks, kept as latitude and longitude, no longer tell how they lie
+// to each other.
+constexpr double kPoleNear = 5000;
+
+}  // namespace
 
 SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, const RowSink& sink,
                                 Diagnostics& d) {
@@ -61,17 +68,23 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
   Rot<Body, Body> R;  // right, forward, up of the declared mounting
   R.m[0][0] = ce, R.m[0][1] = se, R.m[1][0] = -se, R.m[1][1] = ce, R.m[2][2] = 1;
   s.C_nb = C * to_matrix(n.q) * transpose(R);
+  c.lever = R * n.lever;
   const Vec<Geographic> v = C * n.v;
   s.ve = v.x, s.vn = v.y;
   SegmentedNavigator nav(c, s);
 
   std::size_t i = 0;
   while (i < m.ticks.size() && m.ticks[i].t <= s.t) ++i;
-  Vec<Ecef> off;  // weighted less INS position, at the row before
-  double last_t = s.t;
+  Vec<Ecef> off, drift;  // weighted less INS position at the last epoch, and the rate of that
+  double last_t = s.t, nearest_pole = 1e9;
   // The method integrates the inertial unit and nothing else: over a gap it has no answer.
   std::uint32_t health = 0, standing = 0;
   long gaps = 0, long_gaps = 0;
+  bool begun = false;
+  const auto level = [&](Geodetic<double> g) {  // on the start's height
+    g.h = s.place.h;
+    return to_ecef(drive.ellipsoid, g);
+  };
   auto use = [&](const OdometerTick& tick) {
     OdometerTick u = tick;
     if (u.is_speed) {  // distance by the trapezoid between stamps
@@ -82,36 +95,15 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
     u.value /= settings.scale;
     if (!nav.odometer(u)) return;
     const SegmentedEpoch& e = nav.epoch();
-    SolutionRow r;
-    r.t = e.t;
-    r.lat = e.weighted.lat, r.lon = e.weighted.lon, r.h = s.place.h;
-    const Rot<Geographic, Ecef> C_ge = geographic_axes(r.lat, r.lon);
-    const Rot<Geographic, Body> C_nb = nav.attitude() * R;
-    const Quat<Ecef, Body> q = to_quaternion(transpose(C_ge) * C_nb);
-    const Euler<double> a = to_euler(C_nb);
-    r.heading = a.heading, r.pitch = a.pitch, r.roll = a.roll;
-    r.qw = q.w, r.qx = q.x, r.qy = q.y, r.qz = q.z;
-    const Point<Ecef> p = to_ecef(drive.ellipsoid, Geodetic<double>{r.lat, r.lon, r.h});
-    r.x = p.x, r.y = p.y, r.z = p.z;
-    // The INS's velocity, which follows every turn, less the rate at which its position leaves the
-    // weighted one.
-    const Point<Ecef> ins = to_ecef(drive.ellipsoid, Geodetic<double>{e.ins.lat, e.ins.lon, r.h});
-    r.ve = e.ve, r.vn = e.vn;
-    if (out.rows > 0 && r.t > last_t) {
-      const Vec<Geographic> apart = C_ge * ((p - ins) - off) * (1 / (r.t - last_t));
-      r.ve += apart.x, r.vn += apart.y;
-    }
-    off = p - ins;
-    r.std_heading = e.heading_std;
-    r.std_e = std::sqrt(std::max(e.weighted.cov[0], 0.0));
-    r.std_n = std::sqrt(std::max(e.weighted.cov[2], 0.0));
-    r.frame = FrameId::kGeographic;
-    if (e.forced) r.health |= kHealthUncovered;
-    r.health |= health | standing;
-    health = 0;
-    last_t = r.t;
-    ++out.rows;
-    sink(r);
+    const Vec<Ecef> now =
+        level({e.weighted.lat, e.weighted.lon, 0}) - level({e.ins.lat, e.ins.lon, 0});
+    if (begun && e.t > last_t) drift = (now - off) * (1 / (e.t - last_t));
+    off = now;
+    last_t = e.t;
+    begun = true;
+    if (e.forced) health |= kHealthUncovered;
+    nearest_pole = std::min(nearest_pole, drive.ellipsoid.a * std::cos(e.weighted.lat));
+    if (nearest_pole < kPoleNear) standing |= kHealthUncovered;
     if (e.switched) {
       out.switch_t = e.t;
       out.forced = e.forced;
@@ -120,6 +112,37 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
     if (out.history.empty() || e.t >= out.history.back().t + 10 || e.switched)
       out.history.push_back(e);
   };
+  // Between two epochs: the INS's way since the last one on the position weighted there.
+  auto emit = [&](double t, double age) {
+    const SegmentedEpoch& e = out.last;
+    const Point<Ecef> ins = level(to_geodetic(drive.ellipsoid, nav.ins() - nav.velocity() * age));
+    const Geodetic<double> at = to_geodetic(drive.ellipsoid, ins + off);
+    SolutionRow r;
+    r.t = t;
+    r.lat = at.lat, r.lon = at.lon, r.h = s.place.h;
+    const Rot<Geographic, Ecef> C_ge = geographic_axes(r.lat, r.lon);
+    const Rot<Geographic, Body> C_nb = nav.attitude() * R;
+    const Quat<Ecef, Body> q = to_quaternion(transpose(C_ge) * C_nb);
+    const Euler<double> a = to_euler(C_nb);
+    r.heading = a.heading, r.pitch = a.pitch, r.roll = a.roll;
+    r.qw = q.w, r.qx = q.x, r.qy = q.y, r.qz = q.z;
+    const Point<Ecef> p = level(at);
+    r.x = p.x, r.y = p.y, r.z = p.z;
+    // The INS's velocity, which follows every turn, and the rate at which the weighted position
+    // leaves its own.
+    const Vec<Geographic> speed = C_ge * (nav.velocity() + drift);
+    r.ve = speed.x, r.vn = speed.y;
+    r.std_heading = e.heading_std;
+    r.std_e = std::sqrt(std::max(e.weighted.cov[0], 0.0));
+    r.std_n = std::sqrt(std::max(e.weighted.cov[2], 0.0));
+    r.frame = FrameId::kGeographic;
+    r.health = health | standing;
+    health = 0;
+    ++out.rows;
+    sink(r);
+  };
+  const double period = o.output_period;
+  double next_row = period > 0 ? (std::floor(s.t / period + 1e-6) + 1) * period : 0;
   bool more = true;
   double imu_t = s.t;
   for (; more && sample.t <= o.until; more = reader.next(sample)) {
@@ -135,6 +158,9 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
     sample.dv = R * sample.dv;
     nav.imu(sample);
     for (; i < m.ticks.size() && m.ticks[i].t <= sample.t; ++i) use(m.ticks[i]);
+    if (period == 0 && begun) emit(nav.t(), 0);
+    for (; period > 0 && next_row <= nav.t() + 1e-9; next_row += period)
+      if (begun) emit(next_row, nav.t() - next_row);
   }
   if (out.rows == 0)
     throw Error(ErrorKind::kWork,
@@ -148,6 +174,11 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
                        "not bridge them, its sigmas are not to be trusted after them; --mode "
                        "filter does",
                        gaps, long_gaps, settings.long_gap));
+  if (nearest_pole < kPoleNear)
+    d.warn("near_pole", "segmented",
+           fmt::format("{:.0f} m from a pole: this method reckons in latitude and longitude, its "
+                       "sigmas are not to be trusted from {:.0f} km on; --mode filter crosses it",
+                       std::max(nearest_pole, 0.0), kPoleNear / 1000));
   out.k = out.last.k * settings.scale;
   out.eps = wrap_pi(out.last.mu + settings.eps_h);
   if (out.forced)
