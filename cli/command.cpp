@@ -97,7 +97,8 @@ void print_json(const Json& json) { std::cout << dump_json(json) << '\n'; }
 
 void say(const Globals& globals, const std::string& text) {
   if (globals.json || globals.quiet) return;
-  std::cout << text << '\n';
+  // With -o - the data is the standard output.
+  (globals.output == "-" ? std::cerr : std::cout) << text << '\n';
 }
 
 void print_diagnostics(const Globals& globals, const Diagnostics& diagnostics) {

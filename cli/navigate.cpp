@@ -101,6 +101,9 @@ void add_navigate(CLI::App& app, Globals& globals) {
           throw Error(ErrorKind::kUsage,
                       "expected 0 to 17 significant digits, found " + std::to_string(o->precision),
                       "--precision");
+        if (globals.json && globals.output == "-")
+          throw Error(ErrorKind::kUsage,
+                      "the solution and the --json result cannot both be standard output", "-o");
         if (!o->innovations.empty() && (o->mode == "reckon" || o->mode == "inertial"))
           throw Error(ErrorKind::kUsage, "innovations come from the modes filter and smooth",
                       "--innovations");

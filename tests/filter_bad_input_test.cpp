@@ -284,6 +284,52 @@ TEST(FilterBadInput, TheSmoothersDisk) {
   code("TMPDIR=" + here + " timeout -s KILL 0.05 " + command);  // killed on the way
   EXPECT_TRUE(fs::is_empty(here));
 }
+// Without what makes a track the filter's method still stands, and the others say what they miss.
+TEST(FilterBadInput, OnlineStandsWhereNoTrackCanBeMade) {
+  Drive d("no_track");
+  d.spoil("drive.toml", [](Rows& rows) {
+    bool attitude = false;
+    for (std::string& line : rows) {
+      if (line.starts_with('[')) attitude = line == "[attitude]";
+      if (attitude) line.clear();
+    }
+  });
+  const Outcome o = run("calibrate " + d.path + " --json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const Json j = parse_json(o.out, "calibrate");
+  EXPECT_EQ(j["recommended"], "online");
+  EXPECT_TRUE(static_cast<bool>(j["methods"]["online"]["valid"]));
+  const Json& replay = j["methods"]["replay"];
+  EXPECT_FALSE(static_cast<bool>(replay["valid"]));
+  EXPECT_NE(replay["why"].get<std::string>().find("[attitude]"), std::string::npos) << replay;
+}
+TEST(FilterBadInput, AStartAfterTheLastSample) {
+  const Outcome o = run("navigate " + base() + " --mode filter --set start.state.t_s=5000.0");
+  EXPECT_EQ(o.exit_code, 3) << o.err;
+  EXPECT_NE(o.err.find("no IMU sample after the start at t = 5000"), std::string::npos) << o.err;
+}
+// -o -: the rows are the standard output, and nothing beside them; their stamps are multiples of
+// the period to the last digit.
+TEST(FilterBadInput, RowsOnStandardOutput) {
+  for (const char* mode : {"filter", "smooth", "segmented", "inertial"}) {
+    const Outcome o = run("navigate " + base() + " --output-rate 10Hz -o - --mode " + mode);
+    ASSERT_EQ(o.exit_code, 0) << o.err;
+    std::istringstream in(o.out);
+    std::string line, last;
+    long rows = 0, first = 0;
+    while (std::getline(in, line)) {
+      if (line.starts_with('#') || line.starts_with("t_s")) continue;
+      const double tenths = 10 * number(cell(line, 0));
+      if (rows == 0) first = std::lround(tenths);
+      if (rows > 0) {  // the start's own row stands where the first sample begins
+        EXPECT_EQ(number(cell(line, 0)), static_cast<double>(first + rows) / 10) << mode << line;
+      }
+      ++rows;
+    }
+    EXPECT_GT(rows, 1000) << mode;
+    EXPECT_EQ(run(std::string("navigate ") + base() + " --json -o - --mode " + mode).exit_code, 2);
+  }
+}
 TEST(FilterBadInput, NoTimeBetweenFixes) {
   for (const char* time : {"0s", "-3s"}) {
     const Outcome o = run("navigate " + base() + " --mode filter --fix-every=" + time);

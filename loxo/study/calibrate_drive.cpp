@@ -117,14 +117,26 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
                                  Diagnostics& diagnostics) {
   DriveCalibration out;
   const std::string where = drive.path;
-  // The filter needs neither a track nor benchmarks.
-  if (options.only == "online" && drive.imu.present && drive.odometer.present &&
-      (drive.benchmarks.size() < 2 || !track_lacks(drive).empty())) {
+  // The filter needs neither a track nor benchmarks; the others say what they miss.
+  const std::string lacks = track_lacks(drive);
+  const bool any = options.only.empty() && options.online, only = options.only == "online";
+  if ((any || only) && drive.imu.present && drive.odometer.present &&
+      (drive.benchmarks.size() < 2 || !lacks.empty())) {
     out.methods = {online_method(drive, options, diagnostics)};
+    for (const char* name : {"replay", "least_squares", "rhumb", "geodesic", "gauss",
+                             "mean_latitude", "start_latitude"}) {
+      if (only) break;
+      Calibration c;
+      c.method = name;
+      c.why = lacks.empty() ? fmt::format("needs two [[benchmark]] or more, found {}",
+                                          drive.benchmarks.size())
+                            : "the drive has no " + lacks + " to make a track of";
+      out.methods.push_back(c);
+    }
     out.chord = out.route = out.signed_area = kNone;
     if (!out.methods[0].valid) return out;
     out.recommended = "online";
-    out.why = "the only one asked for";
+    out.why = only ? "the only one asked for" : "the only kind that is valid here";
     if (drive.odometer_kind == "pulses" || drive.odometer_kind == "counter")
       out.metres_per_pulse = drive.odometer_scale / out.methods[0].k;
     return out;

@@ -17,6 +17,7 @@
 #include "loxo/study/filter_findings.hpp"
 #include "loxo/study/filter_settings.hpp"
 #include "loxo/study/filter_start.hpp"
+#include "loxo/study/output_raster.hpp"
 #include "loxo/study/planar_drive.hpp"
 
 namespace loxo {
@@ -267,9 +268,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   while (i_height < m.heights.size() && m.heights[i_height].t <= t_start) ++i_height;
   while (i_vel < m.velocities.size() && m.velocities[i_vel].t <= t_start) ++i_vel;
   const double ahead = 3.0;
-  double next_row = o.output_period > 0
-                        ? (std::floor(t_start / o.output_period + 1e-6) + 1) * o.output_period
-                        : 0;
+  OutputRaster raster(o.output_period, t_start);
   double next_history = t_start, next_progress = t_start;
   std::uint32_t carried = 0;
   std::array<std::pair<long, double>, static_cast<std::size_t>(Sensor::kCount)> nis_before{};
@@ -308,16 +307,15 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
       break;
     }
     trust.sample(nav);
-    if (o.output_period > 0) {
-      while (next_row <= nav.t() + 1e-9) {
+    if (raster.on()) {
+      for (; raster.at() <= nav.t() + 1e-9; raster.advance()) {
         if (!o.smooth) {
-          SolutionRow r = row_at(nav, nav.t() - next_row, o.frame);
-          r.t = next_row;
+          SolutionRow r = row_at(nav, nav.t() - raster.at(), o.frame);
+          r.t = raster.at();
           r.health |= carried;
           emit(r);
         }
         carried = 0;
-        next_row += o.output_period;
       }
     } else if (!o.smooth) {
       SolutionRow r = nav.row(o.frame);
@@ -345,6 +343,10 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
       next_progress += 5.0;
     }
   }
+  if (out.imu_samples == 0 && t_start > sample.t + 2 * reader->interval())
+    throw Error(ErrorKind::kInput,
+                fmt::format("no IMU sample after the start at t = {:.3f} s", t_start),
+                drive.imu.file);
   out.segments = trust.end(nav);
   out.duration = nav.t() - t_start;
   out.diverged = out.diverged || (nav.health() & kHealthDiverged) != 0;
@@ -360,7 +362,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
   push_constants(out, nav.state(), nav.covariance(), nav.has_extra() ? extra : nullptr, config,
                  config.use_odometer);
 
-  tell_findings(drive, m, config, out, {t_start, nav.t(), first_t, travelled}, d);
+  tell_findings(drive, m, config, out, {t_start, nav.t(), first_t, travelled, out.diverged}, d);
   if (o.smooth) {
     // Newest first: spooled, then given out forward. History and constants become the smoothed
     // ones.

@@ -27,7 +27,8 @@ void tell_unused(const char* section, bool present, const std::vector<T>& v, con
   const auto outside = std::count_if(v.begin(), v.end(), [&](const T& x) {
     return x.t < run.first_t - 1.0 || x.t > run.end + 1.0;
   });
-  if (2 * outside > static_cast<std::ptrdiff_t>(v.size()))
+  // What a filter that gave up has not come to is no fault of the readings.
+  if (!run.gave_up && 2 * outside > static_cast<std::ptrdiff_t>(v.size()))
     d.warn("outside", section,
            fmt::format("{} of {} readings ({:.6g} to {:.6g} s) lie outside the time of the IMU "
                        "({:.6g} to {:.6g} s) and are not used: unit or origin of the time wrong?",

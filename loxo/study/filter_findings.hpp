@@ -10,6 +10,7 @@ struct RunFacts {
   double begin = 0, end = 0;  // s, of the filter
   double first_t = 0;         // s, where the IMU begins
   double travelled = 0;       // m
+  bool gave_up = false;       // diverged before the drive's end
 };
 void tell_findings(const Drive& drive, const DriveMeasurements& m, const NavigatorConfig& config,
                    const FilterResult& result, const RunFacts& run, Diagnostics& diagnostics);

@@ -14,6 +14,7 @@
 #include "loxo/num/units.hpp"
 #include "loxo/study/filter_settings.hpp"
 #include "loxo/study/filter_start.hpp"
+#include "loxo/study/output_raster.hpp"
 
 namespace loxo {
 namespace {
@@ -269,9 +270,7 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
     ++out.switches;
   };
 
-  const double period = o.output_period;
-  long next = 0;  // the next row's multiple of the period
-  if (period > 0) next = static_cast<long>(std::floor(t / period + 1e-6)) + 1;
+  OutputRaster raster(o.output_period, t);
   emit(t, begin.state);
   double last_row = t;
 
@@ -284,8 +283,8 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
   // Rows inside (end of the pair so far, a.t]: a copy of the state goes there, the loop itself does
   // not stop.
   auto rows_within = [&](const ImuIncrement<double>& a) {
-    while (period > 0 && !out.broken) {
-      const double at = static_cast<double>(next) * period;
+    while (raster.on() && !out.broken) {
+      const double at = raster.at();
       if (at > a.t - kTimeSlack) return;
       AnyState copy = state;
       if (!held.empty()) copy = stepped(earth, copy, one(held.front()));
@@ -293,18 +292,18 @@ InertialResult inertial_drive(const Drive& drive, const InertialOptions& o, cons
       if (part > 0) copy = stepped(earth, copy, one_sample(part_of(a, part)));
       emit(at, to_ecef_state(earth, copy));
       last_row = at;
-      ++next;
+      raster.advance();
     }
   };
   // A row that falls on the loop's own time, or on the end of the first of a pair.
   auto row_at_end = [&](double at) {
-    const double due = period > 0 ? static_cast<double>(next) * period : at;
+    const double due = raster.on() ? raster.at() : at;
     if (out.broken || std::fabs(due - at) > kTimeSlack) return;
     AnyState copy = state;
     if (!held.empty()) copy = stepped(earth, copy, one(held.front()));
     emit(due, to_ecef_state(earth, copy));
     last_row = due;
-    ++next;
+    raster.advance();
   };
   auto flush = [&] {  // an odd sample on its own
     if (held.empty()) return;

@@ -11,6 +11,7 @@
 #include "loxo/study/coarse_odometer.hpp"
 #include "loxo/study/filter_settings.hpp"
 #include "loxo/study/filter_start.hpp"
+#include "loxo/study/output_raster.hpp"
 
 namespace loxo {
 namespace {
@@ -141,8 +142,7 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
     ++out.rows;
     sink(r);
   };
-  const double period = o.output_period;
-  double next_row = period > 0 ? (std::floor(s.t / period + 1e-6) + 1) * period : 0;
+  OutputRaster raster(o.output_period, s.t);
   bool more = true;
   double imu_t = s.t;
   for (; more && sample.t <= o.until; more = reader.next(sample)) {
@@ -158,9 +158,9 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
     sample.dv = R * sample.dv;
     nav.imu(sample);
     for (; i < m.ticks.size() && m.ticks[i].t <= sample.t; ++i) use(m.ticks[i]);
-    if (period == 0 && begun) emit(nav.t(), 0);
-    for (; period > 0 && next_row <= nav.t() + 1e-9; next_row += period)
-      if (begun) emit(next_row, nav.t() - next_row);
+    if (!raster.on() && begun) emit(nav.t(), 0);
+    for (; raster.on() && raster.at() <= nav.t() + 1e-9; raster.advance())
+      if (begun) emit(raster.at(), nav.t() - raster.at());
   }
   if (out.rows == 0)
     throw Error(ErrorKind::kWork,
