@@ -61,7 +61,7 @@ int run(const Globals& globals, const Options& o) {
     file.commit();
   }
   if (globals.json) print_json(json);
-  if (result.route == result.route)
+  if (given(result.route))
     say(globals, fmt::format("{}: route {:.1f} m, chord {:.1f} m, area {:.4g} m^2, headings {}",
                              drive.name, result.route, result.chord, result.signed_area,
                              json["heading_model"].get<std::string>()));

@@ -23,11 +23,11 @@ Json to_json(const AlignmentReport& a) {
             {"std_sway_deg", a.std_sway / deg},
             {"duration_s", a.duration},
             {"note", a.note}};
-  if (a.gyro_bias == a.gyro_bias) {
+  if (given(a.gyro_bias)) {
     j["gyro_bias_deg_h"] = a.gyro_bias / deg_per_h;
     j["latitude_limit_deg"] = a.latitude_limit / deg;
   }
-  if (a.latitude == a.latitude) {
+  if (given(a.latitude)) {
     j["latitude_deg"] = a.latitude / deg;
     j["latitude_std_deg"] = a.latitude_std / deg;
   }
@@ -51,7 +51,7 @@ std::string alignment_text(const AlignmentReport& a) {
         a.latitude_limit > 0
             ? fmt::format("are reached at latitude {:.2f} deg", a.latitude_limit / deg)
             : std::string("are exceeded at every latitude"));
-  if (a.latitude == a.latitude)
+  if (given(a.latitude))
     text += fmt::format("latitude by gravity and the Earth's turn: {:.3f} deg +- {:.2g} deg\n",
                         a.latitude / deg, a.latitude_std / deg);
   return text;

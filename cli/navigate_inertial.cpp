@@ -81,7 +81,7 @@ int navigate_inertial(const Globals& globals, const NavigateOptions& options) {
     j["frame_switches"] = r.switches;
     j["gaps"] = r.gaps;
     j["longest_gap_s"] = r.longest_gap;
-    if (r.singular_t == r.singular_t) {
+    if (given(r.singular_t)) {
       j["singular_t_s"] = r.singular_t;
       j["singular_error_m"] = r.singular_error;
     }

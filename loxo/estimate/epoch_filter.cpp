@@ -60,7 +60,7 @@ void EpochFilter::epoch(NominalState& s, const EpochMotion& e, const EpochMeasur
 
   for (double& x : x_) x = 0;
   const Gate gate, open{1e9, 0};
-  if (z.way == z.way) {
+  if (given(z.way)) {
     const double own = c.scale_noise * z.way, side = c.side_slip * z.way;
     use(accumulated_distance(s, 0.0), z.way, c.way_noise * c.way_noise + own * own, gate);
     use(accumulated_side(s, 0), 0.0, c.side_std * c.side_std + side * side, gate);
@@ -69,7 +69,7 @@ void EpochFilter::epoch(NominalState& s, const EpochMotion& e, const EpochMeasur
   at.C = to_matrix(s.q);
   at.v = s.v;
   // Up from the ellipsoid's foot of the state: the height itself.
-  if (z.height == z.height) {
+  if (given(z.height)) {
     const Point<Ecef> foot = from_normal(c.ellipsoid, NormalHeight<double>{place.n, 0.0});
     use(position_along(at, {}, place.n, foot), z.height, c.height_std * c.height_std, open);
   }

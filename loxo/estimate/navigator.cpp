@@ -405,7 +405,7 @@ void Navigator::run_pending() {
     m.h += s_.height_bias;
     if (extra_) m.row.add(kHeightBias, 1.0);
     scalar(Sensor::kHeight, m, 0.0, config_.height_std * config_.height_std, open);
-    if (z.rate == z.rate)
+    if (given(z.rate))
       scalar(Sensor::kHeight, velocity_along(p, Vec<Body>{}, n.n), z.rate, 0.01, open);
     close();
   }

@@ -95,13 +95,13 @@ bool Navigator::find_heading(const Fix& f) {
   const auto level = [&](const Vec<Ecef>& x) { return x - up * dot(x, up); };
   const Geodetic<double> here = to_geodetic(config_.ellipsoid, p.r);
   const Point<Ecef> z =
-      to_ecef(config_.ellipsoid, Geodetic<double>{f.lat, f.lon, f.h == f.h ? f.h : here.h});
+      to_ecef(config_.ellipsoid, Geodetic<double>{f.lat, f.lon, or_else(f.h, here.h)});
   const double s2 = f.std_e * f.std_e + f.std_n * f.std_n,
                sigma = sqrt(max(s2, 2 * config_.fix_std_min * config_.fix_std_min));
   Vec<Ecef> told, own;
   double std = 0;
   bool found = false;
-  if (f.ve == f.ve && f.vn == f.vn && hypot(f.ve, f.vn) > 5.0) {
+  if (given(f.ve) && given(f.vn) && hypot(f.ve, f.vn) > 5.0) {
     told = transpose(geographic_axes(here.lat, here.lon)) * Vec<Geographic>{f.ve, f.vn, 0};
     own = level(p.v + p.C * cross(p.w_eb, l));
     std = (f.std_v > 0 ? f.std_v : config_.fix_velocity_std) / norm(told);
@@ -136,7 +136,7 @@ void Navigator::use_fix(const Fix& f, bool user) {
   const Rot<Geographic, Ecef> C_ge = geographic_axes(here.lat, here.lon);
   const Block3<> level = block_of(C_ge);
   const Vec<Body> l = s_.antenna;
-  const bool with_h = f.h == f.h;
+  const bool with_h = given(f.h);
   const Point<Ecef> z =
       to_ecef(config_.ellipsoid, Geodetic<double>{f.lat, f.lon, with_h ? f.h : here.h});
   const int n = with_h ? 3 : 2;
@@ -229,7 +229,7 @@ void Navigator::use_fix(const Fix& f, bool user) {
     anchor_ = at.r + at.C * l;
     return;
   }
-  if (f.ve == f.ve && f.vn == f.vn) {
+  if (given(f.ve) && given(f.vn)) {
     const MeasurementPoint p2 = point(age);
     const double sd = f.std_v > 0 ? f.std_v : config_.fix_velocity_std, rv = sd * sd;
     const double zv[3] = {f.ve, f.vn, f.vu};

@@ -30,7 +30,7 @@ bool Navigator::odometer(const OdometerTick& tick) {
   if (!(tick.t > pending_->last_tick)) return false;
   const double from = arrival(tick.t, true);
   // A lost distance: the next reading begins anew.
-  if (!(from == from)) return have_tick_ = have_tick_ && tick.is_speed, false;
+  if (!given(from)) return have_tick_ = have_tick_ && tick.is_speed, false;
   if (!pending_->ticks.push(tick, from)) return false;
   pending_->last_tick = tick.t;
   return true;
@@ -38,27 +38,27 @@ bool Navigator::odometer(const OdometerTick& tick) {
 
 bool Navigator::fix(const Fix& f) {
   const double from = arrival(f.t, false);
-  return from == from && pending_->fixes.push({f.t, f, false}, from);
+  return given(from) && pending_->fixes.push({f.t, f, false}, from);
 }
 
 bool Navigator::benchmark(const Fix& f) {
   const double from = arrival(f.t, false);
-  return from == from && pending_->fixes.push({f.t, f, true}, from);
+  return given(from) && pending_->fixes.push({f.t, f, true}, from);
 }
 
 bool Navigator::heading(const HeadingSample& h) {
   const double from = arrival(h.t, false);
-  return from == from && pending_->headings.push(h, from);
+  return given(from) && pending_->headings.push(h, from);
 }
 
 bool Navigator::height(const HeightSample& h) {
   const double from = arrival(h.t, false);
-  return from == from && pending_->heights.push(h, from);
+  return given(from) && pending_->heights.push(h, from);
 }
 
 bool Navigator::velocity(const VelocitySample& v) {
   const double from = arrival(v.t, false);
-  return from == from && pending_->velocities.push(v, from);
+  return given(from) && pending_->velocities.push(v, from);
 }
 
 // A mark of the filter as it is; those no longer needed are dropped.

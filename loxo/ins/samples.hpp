@@ -13,6 +13,8 @@ namespace loxo {
 
 inline constexpr double kNone =
     std::numeric_limits<double>::quiet_NaN();  // "not given" in a sample
+inline bool given(double x) { return x == x; }
+inline double or_else(double x, double other) { return given(x) ? x : other; }
 
 // Integrals over (t - dt, t]: angle [rad] and velocity [m/s] increments.
 template <Real S = double>

@@ -20,7 +20,6 @@ std::string number(double x) {
   std::snprintf(text, sizeof text, "%.6g", x);
   return text;
 }
-bool given(double x) { return x == x; }
 
 }  // namespace
 

@@ -17,8 +17,6 @@
 namespace loxo {
 namespace {
 
-bool given(double x) { return x == x; }
-
 struct Column {
   const char* name;
   double SolutionRow::*member;

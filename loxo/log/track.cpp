@@ -15,7 +15,6 @@
 namespace loxo {
 namespace {
 
-bool given(double x) { return x == x; }
 // A course between two positions closer than this is noise; it is held over the standstill.
 constexpr double kShortestCourse = 0.5;  // m
 

@@ -122,7 +122,7 @@ Path::Path(const Ellipsoid& ell, const std::vector<PathPoint>& points, double sp
   bool timed = true;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto& p = points[i];
-    timed = timed && p.t == p.t;
+    timed = timed && given(p.t);
     if (i > 0 && timed && !(p.t > points[i - 1].t))
       refuse(
           fmt::format("the time of point {} does not come after that of the point before", i + 1));

@@ -91,7 +91,7 @@ DriveBudget analyse(const Ellipsoid& ell, const std::vector<Epoch>& motion,
   return out;
 }
 
-double given(double x) { return std::isfinite(x) ? x : 0.0; }
+double finite_or_zero(double x) { return std::isfinite(x) ? x : 0.0; }
 
 // States about a step apart from rows of a solution; `reckoned`: of heading and position alone.
 class Thin {
@@ -143,18 +143,21 @@ BudgetErrors declared_errors(const Scenario& s) {
 
 BudgetErrors declared_errors(const Drive& d) {
   BudgetErrors e;
-  e.gyro_bias = given(d.imu_errors.gyro_bias), e.accel_bias = given(d.imu_errors.accel_bias);
-  e.gyro_bias_tau = given(d.imu_errors.gyro_bias_tau);
-  e.accel_bias_tau = given(d.imu_errors.accel_bias_tau);
-  e.gyro_scale = given(d.imu_errors.gyro_scale), e.accel_scale = given(d.imu_errors.accel_scale);
-  e.gyro_noise = given(d.imu_errors.gyro_noise), e.accel_noise = given(d.imu_errors.accel_noise);
-  e.scale_noise = given(d.odometer_errors.scale_noise);
-  e.quantisation = given(d.odometer_errors.quantisation);
-  e.side_slip = given(d.odometer_errors.side_slip);
-  e.scale = given(d.odometer_errors.scale);
-  e.attitude_bias = given(d.attitude_errors.heading_bias);
-  e.attitude_drift = given(d.attitude_errors.heading_drift);
-  e.attitude_noise = given(d.attitude_errors.heading_noise);
+  e.gyro_bias = finite_or_zero(d.imu_errors.gyro_bias),
+  e.accel_bias = finite_or_zero(d.imu_errors.accel_bias);
+  e.gyro_bias_tau = finite_or_zero(d.imu_errors.gyro_bias_tau);
+  e.accel_bias_tau = finite_or_zero(d.imu_errors.accel_bias_tau);
+  e.gyro_scale = finite_or_zero(d.imu_errors.gyro_scale),
+  e.accel_scale = finite_or_zero(d.imu_errors.accel_scale);
+  e.gyro_noise = finite_or_zero(d.imu_errors.gyro_noise),
+  e.accel_noise = finite_or_zero(d.imu_errors.accel_noise);
+  e.scale_noise = finite_or_zero(d.odometer_errors.scale_noise);
+  e.quantisation = finite_or_zero(d.odometer_errors.quantisation);
+  e.side_slip = finite_or_zero(d.odometer_errors.side_slip);
+  e.scale = finite_or_zero(d.odometer_errors.scale);
+  e.attitude_bias = finite_or_zero(d.attitude_errors.heading_bias);
+  e.attitude_drift = finite_or_zero(d.attitude_errors.heading_drift);
+  e.attitude_noise = finite_or_zero(d.attitude_errors.heading_noise);
   if (!d.benchmarks.empty()) e.position = d.benchmarks.front().point.std;
   return e;
 }
@@ -203,8 +206,8 @@ DriveBudget drive_budget(const Drive& drive, const BudgetOptions& o, Diagnostics
       const auto axes = geographic_axes(x.lat, x.lon);
       const Point<Ecef> p = to_ecef(drive.ellipsoid, Geodetic<double>{x.lat, x.lon, x.h});
       x.x = p.x, x.y = p.y, x.z = p.z;
-      const auto q = to_quaternion(
-          transpose(axes) * to_matrix<Geographic>(Euler<double>{x.heading, given(x.pitch), 0.0}));
+      const auto q = to_quaternion(transpose(axes) * to_matrix<Geographic>(Euler<double>{
+                                                         x.heading, finite_or_zero(x.pitch), 0.0}));
       x.qw = q.w, x.qx = q.x, x.qy = q.y, x.qz = q.z;
       if (before && x.t > before->t + 1e-9) {
         const auto v = axes * ((1.0 / (x.t - before->t)) *

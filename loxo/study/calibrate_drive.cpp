@@ -14,20 +14,15 @@
 #include "loxo/text/csv.hpp"
 
 namespace loxo {
-namespace {
-
-double declared(double x) { return std::isnan(x) ? 0.0 : x; }
-
-}  // namespace
 
 TrackErrorModel track_error_model(const Drive& drive) {
   TrackErrorModel m;
-  m.heading_bias = declared(drive.attitude_errors.heading_bias);
-  m.heading_drift = declared(drive.attitude_errors.heading_drift);
-  m.heading_noise = declared(drive.attitude_errors.heading_noise);
-  m.side_slip = declared(drive.odometer_errors.side_slip);
-  m.scale_noise = declared(drive.odometer_errors.scale_noise);
-  m.quantisation = declared(drive.odometer_errors.quantisation);
+  m.heading_bias = or_else(drive.attitude_errors.heading_bias, 0.0);
+  m.heading_drift = or_else(drive.attitude_errors.heading_drift, 0.0);
+  m.heading_noise = or_else(drive.attitude_errors.heading_noise, 0.0);
+  m.side_slip = or_else(drive.odometer_errors.side_slip, 0.0);
+  m.scale_noise = or_else(drive.odometer_errors.scale_noise, 0.0);
+  m.quantisation = or_else(drive.odometer_errors.quantisation, 0.0);
   return m;
 }
 
@@ -417,7 +412,7 @@ Drift drift_against(const Calibration& now, const Json& then, const std::string&
                          ? then["correlation"].get<double>()
                          : 0.0;
   const Eigen::Matrix2d c =
-      of(now.ln_k_std * now.k, now.eps_std, declared(now.correlation)) +
+      of(now.ln_k_std * now.k, now.eps_std, or_else(now.correlation, 0.0)) +
       of(then["k_std"].get<double>(), then["eps_std_deg"].get<double>() * deg, rho);
   const Eigen::Vector2d diff(d.dk, d.deps);
   d.chi2 =

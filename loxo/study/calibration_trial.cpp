@@ -50,7 +50,7 @@ void calibrate_trial(const CalibrationTrial& trial, double out[kCalibrationMetri
     out[1] = wrap_pi(r.eps - trial.eps);
     out[2] = r.ln_k_std;
     out[3] = r.eps_std;
-    const double rho = r.correlation == r.correlation ? r.correlation : 0.0;
+    const double rho = or_else(r.correlation, 0.0);
     const double x = out[0] / r.ln_k_std, y = out[1] / r.eps_std;
     out[4] = (x * x - 2 * rho * x * y + y * y) / (1 - rho * rho);
     out[8] = r.closure;

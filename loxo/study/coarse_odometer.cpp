@@ -11,9 +11,6 @@
 namespace loxo {
 namespace {
 
-bool given(double x) { return x == x; }
-double or_else(double x, double other) { return given(x) ? x : other; }
-
 // Scale and mounting heading of the odometer, coarsely, from how its speed changes with the IMU's
 // own acceleration over two seconds: enough to see a wrong unit or an IMU mounted across or
 // backward.

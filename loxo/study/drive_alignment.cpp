@@ -18,9 +18,6 @@
 namespace loxo {
 namespace {
 
-bool given(double x) { return x == x; }
-double or_else(double x, double other) { return given(x) ? x : other; }
-
 // Below it the velocities are too short and the means are used (estimation.md 4.2).
 constexpr double kShortestFollowed = 100.0;  // s
 constexpr double kShortestRest = 10.0;       // s

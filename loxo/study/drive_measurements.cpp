@@ -12,8 +12,6 @@
 namespace loxo {
 namespace {
 
-bool given(double x) { return x == x; }
-
 template <class T>
 void sort_by_time(std::vector<T>& v, const char* what, Diagnostics& d) {
   long wrong = 0;

@@ -23,8 +23,6 @@
 namespace loxo {
 namespace {
 
-bool given(double x) { return x == x; }
-
 SolutionRow row_at(const Navigator& nav, double age, FrameId frame) {
   if (age == 0) return nav.row(frame);
   NominalState s = nav.state();

@@ -13,8 +13,6 @@
 namespace loxo {
 namespace {
 
-bool given(double x) { return x == x; }
-
 template <class T>
 void tell_unused(const char* section, bool present, const std::vector<T>& v, const RunFacts& run,
                  Diagnostics& d) {

@@ -9,13 +9,6 @@
 #include "loxo/num/units.hpp"
 
 namespace loxo {
-namespace {
-
-bool given(double x) { return x == x; }
-double or_else(double x, double other) { return given(x) ? x : other; }
-
-}  // namespace
-
 NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double imu_interval,
                             double odometer_interval, bool odometer_is_speed, double mean_speed,
                             std::map<std::string, std::string>& meta) {

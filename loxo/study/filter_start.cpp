@@ -12,13 +12,6 @@
 #include "loxo/num/units.hpp"
 
 namespace loxo {
-namespace {
-
-bool given(double x) { return x == x; }
-double or_else(double x, double other) { return given(x) ? x : other; }
-
-}  // namespace
-
 FilterStart filter_start(const Drive& drive, const FilterOptions& o, const NavigatorConfig& config,
                          const DriveMeasurements& m, double first_imu_t, Diagnostics& d) {
   const Ellipsoid& ell = drive.ellipsoid;

@@ -19,7 +19,6 @@
 namespace loxo {
 namespace {
 
-bool given(double x) { return x == x; }
 constexpr double kTimeSlack =
     1e-9;                         // s: a stamp and a multiple of the period that mean the same time
 constexpr double kLongGap = 1.0;  // s: bridged too, but nothing after it is to be trusted

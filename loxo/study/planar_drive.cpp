@@ -19,9 +19,6 @@
 namespace loxo {
 namespace {
 
-bool given(double x) { return x == x; }
-double or_else(double x, double other) { return given(x) ? x : other; }
-
 // A start without a heading looks for one over this way, or ten sigma of the
 // fixes.
 constexpr double kShortestChord = 20.0;  // m

@@ -149,7 +149,7 @@ void read_way(const TomlTable& t, Trajectory& path, std::uint64_t seed, const st
     bool have = true;
     for (const auto& p : read_track_points(where)) {
       points.push_back({p.lat, p.lon, p.h, p.t});
-      have = have && p.t == p.t;
+      have = have && given(p.t);
     }
     const auto wanted = settings.get_bool("times");
     timed = wanted.value_or(have);
