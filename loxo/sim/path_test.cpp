@@ -9,9 +9,9 @@
 
 #include "loxo/earth/geodesic.hpp"
 #include "loxo/ins/strapdown.hpp"
-#include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/sim/trajectory.hpp"
+#include "refusal.hpp"
 
 namespace loxo {
 namespace {
@@ -141,12 +141,8 @@ TEST(Path, RecordedTimesAreKept) {
 
 TEST(Path, WhatNoVehicleDrivesIsRefused) {
   const auto refused = [](const std::vector<PathPoint>& p, const std::string& words) {
-    try {
-      Path(wgs84(), p, 5, 3, {}, "here");
-      ADD_FAILURE() << words;
-    } catch (const Error& e) {
-      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
-    }
+    const std::string said = testing::refusal([&] { Path(wgs84(), p, 5, 3, {}, "here"); }, words);
+    EXPECT_NE(said.find(words), std::string::npos) << said;
   };
   refused({{0.5, 0.5, 0}}, "longer than");
   refused({{0.5, 0.5, 0}, {0.5, 0.5, 0}}, "longer than");

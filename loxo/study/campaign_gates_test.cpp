@@ -7,7 +7,7 @@
 #include <limits>
 #include <map>
 
-#include "loxo/num/error.hpp"
+#include "refusal.hpp"
 
 namespace loxo {
 namespace {
@@ -90,13 +90,8 @@ TEST(CampaignGates, BoundsAreInclusiveAndNothingIsJudgedWithoutOne) {
 
 TEST(CampaignGates, WhatCannotBeIsRefusedWithItsPlace) {
   const auto refused = [](const std::string& gate, const std::string& words) {
-    try {
-      result_of(gate);
-      ADD_FAILURE() << gate;
-    } catch (const Error& e) {
-      EXPECT_EQ(e.exit_code(), 3);
-      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
-    }
+    const std::string said = testing::refusal([&] { result_of(gate); }, gate);
+    EXPECT_NE(said.find(words), std::string::npos) << said;
   };
   refused("metric = \"tem\"\n", "did you mean 'ten'");
   refused("metric = \"wai\"\n", "did you mean 'way'");

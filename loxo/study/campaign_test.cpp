@@ -13,8 +13,8 @@
 #include <set>
 #include <sstream>
 
-#include "loxo/num/error.hpp"
 #include "loxo/study/statistics.hpp"
+#include "refusal.hpp"
 
 namespace loxo {
 namespace {
@@ -56,13 +56,7 @@ bool same(double a, double b) {
 }
 
 std::string refusal(const std::string& text) {
-  try {
-    campaign(text);
-  } catch (const Error& e) {
-    EXPECT_EQ(e.exit_code(), 3);
-    return e.what();
-  }
-  return "";
+  return testing::refusal([&] { campaign(text); }, text);
 }
 
 // The promise of the house (architecture.md, Monte Carlo).
@@ -268,13 +262,7 @@ TEST(Campaign, AStoreOfAnotherCampaignOrVersionIsRefused) {
   o.store = folder.path + "/s";
   run_campaign(campaign(kText, 600), o, ranks);
   const auto refused = [&](const Campaign& c) {
-    try {
-      run_campaign(c, o, ranks);
-    } catch (const Error& e) {
-      EXPECT_EQ(e.exit_code(), 3);
-      return std::string(e.what());
-    }
-    return std::string();
+    return testing::refusal([&] { run_campaign(c, o, ranks); });
   };
   CampaignSource s;
   s.text = kText, s.seed = 12;

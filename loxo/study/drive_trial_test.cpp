@@ -5,11 +5,11 @@
 #include <bit>
 #include <cmath>
 
-#include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/study/campaign.hpp"
 #include "loxo/study/drive_truth.hpp"
 #include "loxo/text/toml.hpp"
+#include "refusal.hpp"
 
 namespace loxo {
 namespace {
@@ -333,13 +333,8 @@ TEST(DriveTrial, BitsAreThoseOfEveryOtherProcessor) {
 
 TEST(DriveTrial, RefusesSettingsThatCannotBe) {
   const auto refused = [](const std::string& settings, const std::string& words) {
-    try {
-      campaign(settings, "");
-      ADD_FAILURE() << settings;
-    } catch (const Error& e) {
-      EXPECT_EQ(e.exit_code(), 3);
-      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
-    }
+    const std::string said = testing::refusal([&] { campaign(settings, ""); }, settings);
+    EXPECT_NE(said.find(words), std::string::npos) << said;
   };
   refused("route = \"weeve\"\n", "did you mean 'weave'");
   refused("frame = \"eecf\"\n", "did you mean 'ecef'");

@@ -18,6 +18,7 @@
 #include "loxo/earth/geodetic.hpp"
 #include "loxo/num/units.hpp"
 #include "loxo/study/consistency.hpp"
+#include "loxo/study/drive_modes.hpp"
 #include "loxo/study/filter_drive.hpp"
 #include "loxo/study/filter_settings.hpp"
 #include "loxo/study/simulated_vehicle.hpp"
@@ -233,16 +234,12 @@ Tally run(const RouteTruth& truth, const Fault& f, std::uint64_t seed, std::uint
     const NominalState at = vehicle.truth(), &s = nav.state();
     const Geodetic<double> g = to_geodetic(wgs84(), at.r);
     const Rot<Geographic, Ecef> C = geographic_axes(g.lat, g.lon);
-    const Vec<Geographic> d = C * (s.r - at.r);
-    const Covariance<kStates> stated = nav.stated_covariance();
-    double P[2][2]{};
-    for (int a = 0; a < 2; ++a)
-      for (int b = 0; b < 2; ++b)
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) P[a][b] += C.m[a][i] * stated.p[kDr + i][kDr + j] * C.m[b][j];
-    const double det = P[0][0] * P[1][1] - P[0][1] * P[1][0],
-                 n2 = (P[1][1] * d.x * d.x - 2 * P[0][1] * d.x * d.y + P[0][0] * d.y * d.y) / det,
-                 error = std::hypot(d.x, d.y);
+    DriveTruth::Epoch there;
+    there.state.r = at.r;
+    there.east = {C.m[0][0], C.m[0][1], C.m[0][2]};
+    there.north = {C.m[1][0], C.m[1][1], C.m[1][2]};
+    const HorizontalMiss miss = horizontal_miss(s, nav.stated_covariance(), there);
+    const double n2 = miss.nees, error = miss.distance;
     ++out.epochs;
     const bool inside = n2 < limit, marked = (health & kTakenBack) != 0;
     out.inside += inside;

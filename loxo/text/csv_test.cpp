@@ -15,13 +15,14 @@
 
 #include "loxo/num/error.hpp"
 #include "loxo/text/gzip.hpp"
+#include "refusal.hpp"
 
 namespace loxo {
 namespace {
 
 namespace fs = std::filesystem;
 
-class CsvTest : public testing::Test {
+class CsvTest : public ::testing::Test {
  protected:
   void SetUp() override {
     std::string pattern = (fs::temp_directory_path() / "loxo-csv-XXXXXX").string();
@@ -40,14 +41,7 @@ class CsvTest : public testing::Test {
     return out;
   }
   std::string refusal(const std::string& path) {
-    try {
-      CsvReader reader(path);
-    } catch (const Error& e) {
-      EXPECT_EQ(e.exit_code(), 3);
-      return e.what();
-    }
-    ADD_FAILURE() << path << " was taken";
-    return {};
+    return testing::refusal([&] { CsvReader reader(path); }, path);
   }
   std::vector<std::array<double, 2>> rows(const std::string& path, Diagnostics& d) {
     CsvReader reader(path);

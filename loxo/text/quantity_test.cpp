@@ -5,21 +5,14 @@
 
 #include <cmath>
 
-#include "loxo/num/error.hpp"
 #include "loxo/num/units.hpp"
+#include "refusal.hpp"
 
 namespace loxo {
 namespace {
 
 std::string message(std::string_view text, Dimension d) {
-  try {
-    parse_quantity(text, d, "key a.b");
-  } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), ErrorKind::kInput);
-    return e.what();
-  }
-  ADD_FAILURE() << "'" << text << "' was taken";
-  return {};
+  return testing::refusal([&] { parse_quantity(text, d, "key a.b"); }, std::string(text));
 }
 
 struct Case {

@@ -7,9 +7,12 @@
 #include "loxo/num/units.hpp"
 #include "loxo/text/json.hpp"
 #include "loxo/text/nearest.hpp"
+#include "refusal.hpp"
 
 namespace loxo {
 namespace {
+
+using testing::refusal;
 
 constexpr const char* kText = R"(format = 1
 name = "yard"
@@ -28,18 +31,6 @@ std = "0 m"
 name = "B"
 sdt = "0 m"
 )";
-
-template <class F>
-std::string message(F&& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    EXPECT_EQ(e.exit_code(), 3);
-    return e.what();
-  }
-  ADD_FAILURE() << "nothing was refused";
-  return {};
-}
 
 TEST(Toml, ReadsTypedValues) {
   const auto t = TomlTable::parse(kText, "drive.toml");
@@ -61,22 +52,22 @@ TEST(Toml, ReadsTypedValues) {
 TEST(Toml, FaultsNameFileLineColumnAndKey) {
   const auto t = TomlTable::parse(kText, "drive.toml");
   const auto imu = *t.get_table("imu");
-  EXPECT_EQ(message([&] { imu.need_quantity("bare", Dimension::kLength); }).substr(0, 29),
+  EXPECT_EQ(refusal([&] { imu.need_quantity("bare", Dimension::kLength); }).substr(0, 29),
             "drive.toml:8:8: key imu.bare:");
-  EXPECT_NE(message([&] { imu.need_quantity("bare", Dimension::kLength); }).find("'5' has no unit"),
+  EXPECT_NE(refusal([&] { imu.need_quantity("bare", Dimension::kLength); }).find("'5' has no unit"),
             std::string::npos);
-  EXPECT_NE(message([&] {
+  EXPECT_NE(refusal([&] {
               imu.get_number("file");
             }).find("drive.toml:4:8: key imu.file: expected a number, found text"),
             std::string::npos);
-  EXPECT_NE(message([&] { imu.need_number("rate"); }).find("key imu.rate: missing"),
+  EXPECT_NE(refusal([&] { imu.need_number("rate"); }).find("key imu.rate: missing"),
             std::string::npos);
-  EXPECT_NE(message([&] { t.get_table("name"); }).find("expected a table, found text"),
+  EXPECT_NE(refusal([&] { t.get_table("name"); }).find("expected a table, found text"),
             std::string::npos);
-  EXPECT_NE(message([&] { TomlTable::parse("a = \nb = 1\n", "x.toml"); }).find("x.toml:1:"),
+  EXPECT_NE(refusal([&] { TomlTable::parse("a = \nb = 1\n", "x.toml"); }).find("x.toml:1:"),
             std::string::npos);
   EXPECT_NE(
-      message([&] { TomlTable::parse("a = nan\n", "x.toml").get_number("a"); }).find("finite"),
+      refusal([&] { TomlTable::parse("a = nan\n", "x.toml").get_number("a"); }).find("finite"),
       std::string::npos);
 }
 
@@ -92,7 +83,7 @@ TEST(Toml, UnknownKeysAreRefusedWithTheNearest) {
     b.has("name");
     b.has("std");
   }
-  EXPECT_EQ(message([&] { t.refuse_unknown(); }),
+  EXPECT_EQ(refusal([&] { t.refuse_unknown(); }),
             "drive.toml:16:1: key benchmark[1].sdt: unknown key 'sdt'; did you mean 'std'?");
   for (const auto& b : t.get_tables("benchmark")) b.has("sdt");
   EXPECT_NO_THROW(t.refuse_unknown());
@@ -108,7 +99,7 @@ TEST(Toml, SetReplacesAndAdds) {
   EXPECT_EQ(t.get_table("imu")->get_integer("bare"), 7);
   EXPECT_EQ(t.get_table("odometer")->need_quantity("scale", Dimension::kLengthPerPulse), 2.0);
   EXPECT_EQ(t.get_tables("benchmark")[1].need_string("name"), "C");
-  EXPECT_NE(message([&] {
+  EXPECT_NE(refusal([&] {
               t.get_table("imu")->need_quantity("bare", Dimension::kLength);
             }).find("--set: key imu.bare"),
             std::string::npos);
@@ -142,7 +133,7 @@ TEST(DiagnosticsTest, KeepsTheFirstFewAndCountsAll) {
 }
 
 TEST(JsonText, FaultsHaveAPlaceAndNanIsNull) {
-  EXPECT_NE(message([] { parse_json("{\n \"a\": oops}", "x.json"); }).find("x.json:2:"),
+  EXPECT_NE(refusal([] { parse_json("{\n \"a\": oops}", "x.json"); }).find("x.json:2:"),
             std::string::npos);
   Json j = {{"a", std::nan("")}, {"b", 0.1}};
   EXPECT_EQ(dump_json(j, -1), R"({"a":null,"b":0.1})");
