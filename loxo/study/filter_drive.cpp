@@ -396,6 +396,11 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
       end = from;
     }
   }
+  // Told whole, as scale, mounting and lever arm are: what is declared is taken out of the stamps
+  // before the filter sees them.
+  for (Estimated& e : out.constants)
+    if (e.name == "delay_s") e.value += drive.odometer.delay;
+  for (ConstantsRow& row : out.history) row.tau += drive.odometer.delay;
   return out;
 }
 

@@ -46,10 +46,10 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   // The delay is a state where the logger has a clock of its own: a speed over a bus, or five
   // readings a second or fewer.
   const bool own_clock =
-      odometer_is_speed || (given(odometer_interval) && odometer_interval >= 0.2);
-  if (own_clock && odometer_is_speed) {
+      odometer_is_speed || (given(odometer_interval) && odometer_interval >= 0.1999);
+  if (own_clock) {
     c.tau_std = drive.odometer.delay != 0 ? 0.3 : 0.5;
-    c.tau_walk = given(odometer_interval) && odometer_interval >= 0.2 ? 3e-3 : 0.0;
+    c.tau_walk = given(odometer_interval) && odometer_interval >= 0.1999 ? 3e-3 : 0.0;
   }
   c.stamp_jitter = odometer_is_speed && given(odometer_interval) && odometer_interval < 0.2 ? 0.02
                    : odometer_is_speed                                                      ? 0.1
