@@ -36,8 +36,7 @@ int main(int argc, char** argv) {
   config.imu_interval = 0.02;
   config.gyro_bias = 1 * deg_per_h, config.gyro_noise = 0.05 * deg_per_sqrt_h;
   config.accel_bias = 300 * ug, config.accel_noise = 0.02 * mps_per_sqrt_h;
-  config.standstill.sigma_w = 3 * config.gyro_noise / std::sqrt(config.imu_interval);
-  config.standstill.sigma_f = 3 * config.accel_noise / std::sqrt(config.imu_interval);
+  expect_noise(config.standstill, config.gyro_noise, config.accel_noise, config.imu_interval);
   config.late_limit = 2.0;  // s: the receiver's fixes come up to this late
 
   NavigatorStart start;

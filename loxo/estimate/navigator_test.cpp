@@ -63,8 +63,7 @@ NavigatorConfig config_of(const Sensors& s) {
   // What the simulated vehicle does: white side and pitch slip of 0.05 deg a second at 15 m/s.
   c.nhc_side = c.nhc_up = 15 * kSlip, c.nhc_turn = 0, c.nhc_std = 1e-3;
   c.distance_std = 0, c.zupt_std = 1e-3;  // the truth stands exactly still
-  c.standstill.sigma_w = 3 * s.gyro_noise / std::sqrt(kStep),
-  c.standstill.sigma_f = 3 * s.accel_noise / std::sqrt(kStep);
+  expect_noise(c.standstill, s.gyro_noise, s.accel_noise, kStep);
   return c;
 }
 

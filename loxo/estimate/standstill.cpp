@@ -9,6 +9,11 @@ double standstill_factor(int samples) {
   return sqrt(c * c * c);
 }
 
+void expect_noise(StandstillConfig& c, double gyro_noise, double accel_noise, double interval) {
+  c.sigma_w = 3.0 * gyro_noise / sqrt(interval);
+  c.sigma_f = 3.0 * accel_noise / sqrt(interval);
+}
+
 void StandstillDetector::sample(double dt, const Vec<Body>& w, const Vec<Body>& f,
                                 const Vec<Body>& w_rest) {
   if (n_ == 0) first_f_ = f;

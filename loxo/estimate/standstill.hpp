@@ -17,6 +17,10 @@ struct StandstillConfig {
   double wheel_age = 1.5;     // of its tick interval
 };
 
+// Noise at rest of a vehicle that has not stood yet, its engine idling: three times what the data
+// sheet's (rad/sqrt(s), m/s/sqrt(s)) leaves in a sample of `interval` s. estimation.md 3
+void expect_noise(StandstillConfig& c, double gyro_noise, double accel_noise, double interval);
+
 // What the detector says at the end of a window; mean_w: mean measured rate of the window, rad/s.
 struct StandstillVerdict {
   bool complete = false;  // a window has just ended

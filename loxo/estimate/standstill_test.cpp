@@ -48,6 +48,20 @@ struct Yard {
     return last;
   }
 };
+// estimation.md 3: of 100 Hz and of 6.25 Hz, three times the white noise of one sample; a unit
+// without noise has none.
+TEST(Standstill, NoiseToExpectIsThreeTimesThatOfTheDataSheet) {
+  StandstillConfig c;
+  expect_noise(c, 1e-4, 2e-3, 0.01);
+  EXPECT_DOUBLE_EQ(c.sigma_w, 3e-3);
+  EXPECT_DOUBLE_EQ(c.sigma_f, 6e-2);
+  expect_noise(c, 1e-4, 2e-3, 0.16);
+  EXPECT_DOUBLE_EQ(c.sigma_w, 7.5e-4);
+  EXPECT_DOUBLE_EQ(c.sigma_f, 1.5e-2);
+  expect_noise(c, 0, 0, 0.01);
+  EXPECT_EQ(c.sigma_w, 0);
+  EXPECT_EQ(c.sigma_f, 0);
+}
 TEST(Standstill, AllThreeWitnessesMakeStanding) {
   Yard y;
   const StandstillVerdict v = y.drive({}, 3);

@@ -93,8 +93,7 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   c.velocity_std = or_else(drive.velocity_std, 0.1);
   if (o.vertical == "fixed") c.vertical_std = 0.1;
   if (o.vertical == "ship") c.vertical_std = 3.0;
-  c.standstill.sigma_w = 3.0 * c.gyro_noise / std::sqrt(imu_interval);
-  c.standstill.sigma_f = 3.0 * c.accel_noise / std::sqrt(imu_interval);
+  expect_noise(c.standstill, c.gyro_noise, c.accel_noise, imu_interval);
   c.product_epoch = std::max(o.output_period > 0 ? o.output_period : imu_interval, 0.1);
   meta["gyro_noise_deg_sqrt_h"] = fmt::format("{:.4g}{}", c.gyro_noise / deg_per_sqrt_h,
                                               given(e.gyro_noise) ? "" : " (assumed)");

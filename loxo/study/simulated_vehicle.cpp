@@ -57,8 +57,7 @@ NavigatorConfig filter_config(const VehicleErrors& e, double dt) {
   c.distance_std = e.distance_noise, c.stamp_jitter = 0;
   c.use_zupt = false;
   c.tau_std = e.tau_std;
-  c.standstill.sigma_w = 3 * e.gyro_noise / std::sqrt(dt);
-  c.standstill.sigma_f = 3 * e.accel_noise / std::sqrt(dt);
+  expect_noise(c.standstill, e.gyro_noise, e.accel_noise, dt);
   return c;
 }
 
