@@ -19,21 +19,12 @@ constexpr Claim kClaims[] = {
 #include "loxo/papers/shi2015.inc"
 };
 
-// The paper's drive and errors: 40 N (assumed; table 1 uses it), 116 E, start along 45 deg; the
-// loaded scale is 1.2 of the true one, the body stands one degree to the left.
-StraightDrive paper_drive() {
-  StraightDrive d;
-  d.lat = 40 * deg;
-  d.lon = 116 * deg;
-  d.course = 45 * deg;
-  d.geodesic = false;
-  return d;
-}
 struct Setting {
   Ellipsoid ell;
   double sign = 1, drift = 0.01 * deg_per_h;
   double radius = 6378137, w = 7.292115e-5;  // of the paper's sphere, section 2
 
+  // The loaded scale is 1.2 of the true one, the body stands one degree to the left.
   ReckoningErrors errors() const {
     ReckoningErrors e;
     e.k = 1.2;
@@ -71,7 +62,7 @@ void tables_one_and_two(const Setting& s, Book& book) {
 }
 
 void tables_three_and_four(const Setting& s, const Options& o, Book& book, Paper& paper) {
-  const auto drive = paper_drive();
+  const auto drive = sh15_drive();
   const auto run = [&](const ReckoningErrors& e) {
     return calibrated(s, drive, ChordMethod::kGauss, e);
   };
@@ -173,7 +164,7 @@ void tables_three_and_four(const Setting& s, const Options& o, Book& book, Paper
 }
 
 void figures(const Setting& s, Paper& paper) {
-  const auto drive = paper_drive();
+  const auto drive = sh15_drive();
   // Figure 1: both tracks on the Gauss plane of the start's meridian.
   report::Scatter tracks;
   tracks.title = "Figure 1: true and reckoned track";

@@ -14,6 +14,15 @@
 
 namespace loxo {
 
+StraightDrive sh15_drive() {
+  StraightDrive d;
+  d.lat = 40 * deg;
+  d.lon = 116 * deg;
+  d.course = 45 * deg;
+  d.geodesic = false;
+  return d;
+}
+
 double StraightDrive::ramp_time() const {
   if (acceleration <= 0) return 0;
   // A drive too short for its speed turns round at its middle.

@@ -23,6 +23,10 @@ struct StraightDrive {
   double velocity(double t) const;        // m/s
 };
 
+// The drive of SH15, vehicle.md 3.4: from 40 N (assumed; its table 1 uses it), 116 E along a
+// constant true heading of 45 deg.
+StraightDrive sh15_drive();
+
 // What the dead reckoning has wrong at the start of the drive and all along it.
 struct ReckoningErrors {
   double k = 1, eps = 0;                   // indicated / true; indicated - true course [rad]

@@ -16,16 +16,8 @@ namespace {
 struct Found {
   double dk = 0, dalpha = 0;  // of K_D relative, of alpha [deg]
 };
-StraightDrive paper_drive() {
-  StraightDrive d;
-  d.lat = 40 * deg;
-  d.lon = 116 * deg;
-  d.course = 45 * deg;
-  d.geodesic = false;
-  return d;
-}
 Found calibrated(ChordMethod method, const ReckoningErrors& errors, double meridian = 0) {
-  const auto drive = paper_drive();
+  const auto drive = sh15_drive();
   const auto e = simulate_straight_drive(wgs84(), drive, errors);
   const auto at = [&](double lat, double lon) {
     return chord(wgs84(), method, drive.lat, lat, lon - drive.lon, -meridian);
@@ -42,7 +34,7 @@ ReckoningErrors paper_errors() {
 }
 
 TEST(OdometerTable, TheDriveIsThePapers) {
-  const auto d = paper_drive();
+  const auto d = sh15_drive();
   EXPECT_EQ(d.duration(), 600);
   EXPECT_EQ(d.distance(40), 400);
   EXPECT_EQ(d.distance(560), 10800);
@@ -123,7 +115,7 @@ TEST(OdometerTable, TablesThreeAndFourByOneErrorAtATime) {
 TEST(OdometerTable, ChainAgreesWithTheSimulatedDrive) {
   const double arw = 0.001 * deg_per_sqrt_h;
   for (double course : {10.0, 45.0, 200.0, 300.0}) {
-    auto drive = paper_drive();
+    auto drive = sh15_drive();
     drive.course = course * deg;
     const auto simulated = [&](const ReckoningErrors& errors) {
       const auto e = simulate_straight_drive(wgs84(), drive, errors);
@@ -153,7 +145,7 @@ TEST(OdometerTable, ChainAgreesWithTheSimulatedDrive) {
   // S1-ARW: sd of alpha over runs, 2.357e-4 by formula for constant speed.
   const int runs = 120;
   double sum = 0, square = 0;
-  auto drive = paper_drive();
+  auto drive = sh15_drive();
   drive.interval = 1;
   for (int i = 0; i < runs; ++i) {
     auto errors = paper_errors();
