@@ -484,6 +484,71 @@ TEST(Filter, ASimulatedDriveDeclaresWhatLasts) {
   EXPECT_DOUBLE_EQ(c.height_bias_walk, 2 * std::sqrt(2.0 / 900));
 }
 
+// What a simulated start and wheel have wrong stands in the drive, and the filter takes it from
+// there.
+TEST(Filter, ASimulatedDriveDeclaresItsStartAndItsWheel) {
+  const std::string folder = loxo::testing::scratch_folder() + "/filter_declared_start";
+  ASSERT_EQ(
+      loxo::testing::run(
+          "simulate city-drive --quiet -o " + folder +
+          " --set imu.rate=20Hz --set odometer.noise='\"0.05 m\"' --set "
+          "odometer.distance_noise='\"0.01 m/sqrt(m)\"' --set start_error.right='\"3 m\"' "
+          "--set start_error.forward='\"4 m\"' --set start_error.v_right='\"0.2 m/s\"' "
+          "--set start_error.tilt_forward='\"0.2 deg\"' --set start_error.tilt_up='\"-2 deg\"'")
+          .exit_code,
+      0);
+  const Drive drive = read_drive(folder);
+  EXPECT_NEAR(drive.start.position_std, 5 / std::sqrt(2.0), 1e-9);
+  EXPECT_NEAR(drive.start.velocity_std, 0.2 / std::sqrt(2.0), 1e-9);
+  EXPECT_NEAR(drive.start.level_std / deg, 0.2 / std::sqrt(2.0), 1e-9);
+  EXPECT_NEAR(drive.start.heading_std / deg, 2, 1e-9);
+  EXPECT_DOUBLE_EQ(drive.odometer_errors.noise, 0.05);
+  EXPECT_DOUBLE_EQ(drive.odometer_errors.distance_noise, 0.01);
+  std::map<std::string, std::string> meta;
+  const NavigatorConfig c = settings_of(drive, FilterOptions{}, 0.05, 0.1, false, kNone, meta);
+  EXPECT_DOUBLE_EQ(c.reading_noise, 0.05);
+  EXPECT_DOUBLE_EQ(c.way_noise, 0.01);
+  Diagnostics d;
+  const FilterStart b = filter_start(drive, FilterOptions{}, c, DriveMeasurements{}, 0.05, d);
+  const auto& P = b.start.P.p;
+  EXPECT_NEAR(P[kDr][kDr], 12.5, 1e-9);
+  EXPECT_NEAR(P[kDv][kDv], 0.02, 0.02);  // and what the level and the position carry
+  EXPECT_NEAR(P[0][0] + P[1][1] + P[2][2], (0.04 + 4) * deg * deg, 1e-3 * deg * deg);
+}
+
+// What the IMU's own acceleration says of an odometer nobody has mounted straight: noisy readings
+// of a slow vehicle, an encoder that dies, one start and a constant speed. From there the filter
+// finds the rest, inside what it states.
+TEST(Filter, AMountingIsFoundFromLittle) {
+  struct Case {
+    const char *name, *speed, *length;
+    double mounting;
+    const char* odometer;
+  };
+  for (const Case& c :
+       {Case{"slow", "2.7 m/s", "0.7 km", 180, "rate = \"10 Hz\"\nnoise = \"0.05 m\""},
+        Case{"dead", "7 m/s", "2 km", -84,
+             "rate = \"20 Hz\"\n[[odometer.dead]]\nfrom = \"160 s\"\nto = \"190 s\""},
+        Case{"once", "3 m/s", "0.8 km", 111,
+             "rate = \"20 Hz\"\nscale_noise = \"1 %\"\nnoise = \"0.05 m\""}}) {
+    const std::string folder = loxo::testing::scratch_folder() + "/filter_mounting_" + c.name;
+    std::ofstream(folder + ".toml")
+        << "seed = 3\n[start]\nlat_deg = 48\nlon_deg = 9\n[path]\nrandom = \"" << c.length
+        << "\"\nspeed = \"" << c.speed << "\"\n[mounting]\nheading = \"" << c.mounting
+        << " deg\"\n[imu]\nrate = \"50 Hz\"\ngyro_bias = \"1 deg/h\"\ngyro_noise = \"0.05 "
+           "deg/sqrt(h)\"\naccel_bias = \"500 ug\"\naccel_noise = \"50 ug/sqrt(Hz)\"\n"
+           "[odometer]\n"
+        << c.odometer << "\n";
+    ASSERT_EQ(loxo::testing::run("simulate --quiet " + folder + ".toml -o " + folder).exit_code, 0);
+    const Ran r = navigate(folder, "filter", "--json");
+    ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+    const Json constants = parse_json(r.result.out, "stdout")["constants"];
+    const double eps = constants["eps_deg"], std = constants["eps_deg_std"];
+    EXPECT_NEAR(std::remainder(eps - c.mounting, 360), 0, 4 * std) << c.name;
+    EXPECT_LT(std, 1) << c.name;
+  }
+}
+
 TEST(Filter, VerticalModes) {
   Spec spec;
   spec.length = 150;

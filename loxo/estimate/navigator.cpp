@@ -312,9 +312,9 @@ void Navigator::stand_still_epoch() {
       s_.bg + transpose(to_matrix(s_.q)) * Vec<Ecef>{0, 0, config_.ellipsoid.w_ie};
   detector_.sample(last_dt_, w_meas_, f_meas_, rest);
   const double speed = norm(s_.v);
-  const double limit =
-      4.0 * sqrt(P_.p[3][3] + P_.p[4][4] + P_.p[5][5] + config_.zupt_std * config_.zupt_std) + 0.3;
-  const StandstillVerdict v = detector_.judge(s_.t, speed, limit);
+  const double sigma =
+      sqrt(P_.p[3][3] + P_.p[4][4] + P_.p[5][5] + config_.zupt_std * config_.zupt_std);
+  const StandstillVerdict v = detector_.judge(s_.t, speed, sigma);
   if (!v.complete) return;
   standing_ = v.standing;
   standing_health_ &= ~static_cast<std::uint32_t>(kHealthDeadEncoder);

@@ -44,6 +44,8 @@ struct NavigatorConfig {
   double offset_std = 0, offset_speed = 0;
   double quantisation = 0;      // m, of a distance reading
   double scale_noise = 0;       // white, of each distance reading
+  double reading_noise = 0;     // m, white, of each distance reading
+  double way_noise = 0;         // m/sqrt(m), white over the way
   double slip_noise = 0;        // rad, white, of each distance reading
   double distance_std = 0.01;   // m, of a distance epoch beside what is declared
   double odometer_epoch = 1.0;  // s: distances are summed up to this

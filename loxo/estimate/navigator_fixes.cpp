@@ -191,6 +191,7 @@ void Navigator::use_fix(const Fix& f, bool user) {
       wrong_stamp = fabs(shift) <= 5.0 && fabs(shift) > 0.2 && norm2(e) < kChi95[n];
     }
     health_ |= kHealthRejected;
+    if (!wrong_stamp) detector_.contradict(s_.t);
     if (user && !wrong_stamp) {
       ++events_.far_benchmarks;
       events_.far_metres = max(events_.far_metres, norm(z - p.r));

@@ -4,6 +4,16 @@
 #include "loxo/estimate/navigator.hpp"
 
 namespace loxo {
+namespace {
+
+// m^2, of one distance reading, its quantisation apart.
+double reading_variance(const NavigatorConfig& c, double way) {
+  const double relative = c.scale_noise * way;
+  return relative * relative + c.reading_noise * c.reading_noise +
+         c.way_noise * c.way_noise * fabs(way);
+}
+
+}  // namespace
 
 void Navigator::judge_odometer(const Weighed& w, double y, double h, double t) {
   if (w.verdict == Verdict::kRejected) {
@@ -74,12 +84,12 @@ void Navigator::use_coasting(const WheelReading& u, const MeasurementPoint& p) {
   const OdometerTick& tick = u.tick;
   if (!tick.is_speed && u.first) return;
   coast_tick_t_ = s_.t;
-  const double way = config_.scale_noise * tick.value;
-  const double var = tick.is_speed
-                         ? config_.speed_std * config_.speed_std / min(1.0, max(u.interval, 0.01))
-                         : (config_.quantisation * config_.quantisation / 6.0 + way * way +
-                            config_.distance_std * config_.distance_std) /
-                               (u.interval * u.interval);
+  const double var =
+      tick.is_speed
+          ? config_.speed_std * config_.speed_std / min(1.0, max(u.interval, 0.01))
+          : (config_.quantisation * config_.quantisation / 6.0 +
+             reading_variance(config_, tick.value) + config_.distance_std * config_.distance_std) /
+                (u.interval * u.interval);
   scalar(Sensor::kOdometer, vehicle_velocity(p, s_, mounting_, 1, true), u.speed, var,
          Gate{config_.gate.c, 0});
   close();
@@ -133,8 +143,7 @@ void Navigator::use_distance(const WheelReading& u) {
     return;
   }
   tick_sum_ += u.sign * tick.value;
-  const double noise = config_.scale_noise * tick.value;
-  tick_noise_ += noise * noise + u.unsure;
+  tick_noise_ += reading_variance(config_, tick.value) + u.unsure;
   if (tick.t - tick_begin_ < config_.odometer_epoch * (1 - 1e-9)) return;
   const bool zero = fabs(tick_sum_) < config_.standstill.wheel_quiet * (tick.t - tick_begin_);
   if (!zero && standing_ != Standing::kDeadEncoder) {

@@ -347,7 +347,8 @@ struct SegmentedNavigator::Impl {
     for (int i = 5; i < 7; ++i) Q(i, i) = c.accel_noise * c.accel_noise * T * T * T / 3;
     // White scale and side slip of the increment, quantisation; walks of the constants.
     const double s2 = e * e + n * n, along = c.scale_noise * c.scale_noise,
-                 across = c.slip_noise * c.slip_noise, q6 = c.quantisation * c.quantisation / 6;
+                 across = c.slip_noise * c.slip_noise,
+                 q6 = c.quantisation * c.quantisation / 6 + c.way_noise * c.way_noise * T;
     M2 Qd;
     Qd << along * e * e + across * n * n + q6, (along - across) * e * n, (along - across) * e * n,
         along * n * n + across * e * e + q6;

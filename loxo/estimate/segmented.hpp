@@ -23,6 +23,7 @@ struct SegmentedConfig {
   double position_std = 0.1, velocity_std = 0.01;
   double scale_std = 0.05, mounting_std = 0.052359877559829887;  // 3 deg
   double scale_noise = 1e-3, slip_noise = 8.7e-4;                // white, per second
+  double way_noise = 0;                                          // m/sqrt(s), white, of the way
   double scale_walk = 2e-5, mounting_walk = 1e-6;                // 1/sqrt(s), rad/sqrt(s)
   double quantisation = 0;                                       // m
   Vec<Body> lever;  // from the IMU to the point whose way the odometer tells, body axes, m

@@ -33,7 +33,8 @@ void StandstillDetector::wheel(double t, bool moved, double interval, double spe
   if (moved) wheel_moved_t_ = t;
 }
 
-StandstillVerdict StandstillDetector::judge(double now, double filter_speed, double filter_limit) {
+StandstillVerdict StandstillDetector::judge(double now, double filter_speed, double filter_sigma) {
+  const double filter_limit = 4.0 * filter_sigma + 0.3;
   StandstillVerdict v;
   if (length_ < config_.window * (1.0 - 1e-6)) return v;
   v.complete = true;
@@ -51,6 +52,13 @@ StandstillVerdict StandstillDetector::judge(double now, double filter_speed, dou
       wheel_t_ > now - max(config_.window, config_.wheel_age * wheel_interval_) - wheel_interval_;
   v.wheel_quiet = v.wheel_known && wheel_moved_t_ < now - v.length;
   v.filter_agrees = filter_speed < filter_limit;
+  if (!v.filter_agrees) {
+    moving_ += v.length;
+    if (v.imu_quiet) quiet_moving_ += v.length;
+  }
+  const bool quiet_tells = quiet_moving_ < 3.0 || quiet_moving_ < 0.05 * moving_;
+  const bool nearly_known = filter_sigma < 0.3 && filter_speed < 2.0 * filter_sigma + 0.1;
+  const bool alone = (quiet_tells || nearly_known) && now > contradicted_t_ + 10.0;
   const bool others = v.imu_quiet && v.filter_agrees;
   // A parked car that somebody enters is not quiet either: a dead encoder needs a filter that
   // moves.
@@ -65,7 +73,7 @@ StandstillVerdict StandstillDetector::judge(double now, double filter_speed, dou
   } else {
     spin_since_ = 1e300;
   }
-  if (others && (v.wheel_quiet || !v.wheel_known)) {
+  if (others && (v.wheel_quiet || (!v.wheel_known && alone))) {
     v.standing = Standing::kStanding;
   } else if (now - dead_since_ > 2.0) {
     v.standing = Standing::kDeadEncoder;

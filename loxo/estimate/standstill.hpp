@@ -40,8 +40,13 @@ class StandstillDetector {
   // The wheel's last word before now: whether it has turned (a counter that changed, a speed above
   // wheel_quiet), how often it speaks [s], and the speed of the vehicle that it means [m/s].
   void wheel(double t, bool moved, double interval, double speed);
-  // At most once per window; filter_speed, filter_limit: witness 3.
-  StandstillVerdict judge(double now, double filter_speed, double filter_limit);
+  // At most once per window; filter_speed, filter_sigma (of the velocity, all axes): witness 3,
+  // |v| < 4 sigma + 0.3 m/s. Where no wheel speaks and the IMU has been quiet in motion as well (a
+  // ship, a smooth road, a simulation), its quiet says nothing: then only what the filter nearly
+  // knows by itself is rest.
+  StandstillVerdict judge(double now, double filter_speed, double filter_sigma);
+  // A fix says otherwise: for ten seconds no rest without the wheel's word.
+  void contradict(double t) { contradicted_t_ = t; }
   const StandstillConfig& config() const { return config_; }
 
  private:
@@ -53,6 +58,8 @@ class StandstillDetector {
   Vec<Body> first_f_;
   double wheel_t_ = -1e300, wheel_interval_ = 0, wheel_moved_t_ = -1e300, wheel_speed_ = 0;
   double dead_since_ = 1e300, spin_since_ = 1e300;
+  double moving_ = 0, quiet_moving_ = 0;  // s in motion for certain, and quiet in it
+  double contradicted_t_ = -1e300;
 };
 
 // rms factor of W samples of three axes for a false alarm of 1e-6: sqrt(chi2_{3W}(1 - 1e-6)/(3W))

@@ -55,7 +55,7 @@ Seconds seconds(const Scene& s, double length = 120) {
       }
     }
     const StandstillVerdict v =
-        d.judge(t, std::fabs(s.speed + s.filter_error), 4 * std::hypot(s.filter_sigma, 0.02) + 0.3);
+        d.judge(t, std::fabs(s.speed + s.filter_error), std::hypot(s.filter_sigma, 0.02));
     if (!v.complete || out.all++ < 3) continue;  // the first seconds know no wheel
     out.standing += v.standing == Standing::kStanding;
     out.dead += v.standing == Standing::kDeadEncoder;

@@ -14,10 +14,11 @@ namespace {
 
 constexpr double kStep = 0.1;  // ten samples a window, as the specification's 1.65
 struct Vehicle {
-  double imu = 1;      // rms of its noise in sigmas: 1 at rest
-  double speed = 0;    // what the filter says
-  bool wheel = true;   // it speaks, ten times a second
-  bool turns = false;  // and it moves
+  double imu = 1;        // rms of its noise in sigmas: 1 at rest
+  double speed = 0;      // what the filter says
+  bool wheel = true;     // it speaks, ten times a second
+  bool turns = false;    // and it moves
+  double sigma = 0.025;  // of the filter's velocity
 };
 struct Yard {
   std::mt19937_64 rng;
@@ -42,7 +43,7 @@ struct Yard {
         detector.sample(kStep, rest + noise(1e-3 * v.imu),
                         Vec<Body>{0.3, -0.2, 9.8} + noise(1e-2 * v.imu), rest);
         if (v.wheel) detector.wheel(t, v.turns, 0.1, v.turns ? 5.0 : 0.0);
-        const StandstillVerdict j = detector.judge(t, v.speed, 0.4);
+        const StandstillVerdict j = detector.judge(t, v.speed, v.sigma);
         if (j.complete) last = j;
       }
     return last;
@@ -128,6 +129,39 @@ TEST(Standstill, AnOldReadingIsNoWitness) {
   const StandstillVerdict v = y.drive(gone, 3);
   EXPECT_FALSE(v.wheel_known);
   EXPECT_FALSE(v.wheel_quiet);
+}
+// An IMU that was quiet in motion as well is no witness. Without a wheel a filter that has lost its
+// speed must not be told that it stands; one that nearly knows it may.
+TEST(Standstill, QuietInMotionIsNoWitness) {
+  Vehicle smooth{1, 5, false, false, 0.1}, lost{1, 0.8, false, false, 1.5},
+      stopped{1, 0.3, false, false, 0.2}, rough = smooth;
+  rough.imu = 20;
+  Yard y;
+  EXPECT_EQ(y.drive(smooth, 10).standing, Standing::kMoving);
+  EXPECT_EQ(y.drive(lost, 10).standing, Standing::kMoving);
+  EXPECT_EQ(y.drive(stopped, 2).standing, Standing::kStanding);
+  // A road that shakes makes quiet a witness: the same filter is told.
+  Yard z;
+  EXPECT_EQ(z.drive(rough, 100).standing, Standing::kMoving);
+  EXPECT_EQ(z.drive(lost, 2).standing, Standing::kStanding);
+  // A wheel at rest is witness enough.
+  Yard w;
+  w.drive(smooth, 10);
+  lost.wheel = true;
+  EXPECT_EQ(w.drive(lost, 3).standing, Standing::kStanding);
+}
+// A fix that contradicts outweighs quiet for ten seconds, not a wheel.
+TEST(Standstill, AFixThatContradictsEndsRestWithoutAWheel) {
+  Vehicle none{1, 0, false, false};
+  Yard y;
+  EXPECT_EQ(y.drive(none, 3).standing, Standing::kStanding);
+  y.detector.contradict(y.t);
+  EXPECT_EQ(y.drive(none, 9).standing, Standing::kMoving);
+  EXPECT_EQ(y.drive(none, 3).standing, Standing::kStanding);
+  Yard w;
+  w.drive({}, 3);
+  w.detector.contradict(w.t);
+  EXPECT_EQ(w.drive({}, 2).standing, Standing::kStanding);
 }
 // The threshold is chi-square's at one false alarm in a million windows: 1.65 for ten samples; and
 // standing is found at about that rate of misses.

@@ -194,6 +194,8 @@ bool is_a(const TomlTable& t, const char* key, Dimension d) {
 // of the way.
 void read_odometer_errors(const TomlTable& e, OdometerErrors& errors, bool speed = false) {
   errors.scale_noise = sigma(e, "scale_noise", kNone);
+  (speed ? errors.speed_noise : errors.noise) = sigma(e, "noise", speed ? kSpeed : kLength);
+  errors.distance_noise = sigma(e, "distance_noise", kDistanceRandomWalk);
   if (speed && is_a(e, "quantisation", kSpeed))
     errors.speed_quantisation = sigma(e, "quantisation", kSpeed);
   else
@@ -335,6 +337,12 @@ void read_start(Drive& d, const TomlTable& t) {
     s.roll = a->get_quantity("roll", kAngle).value_or(loxo::kNone);
     s.heading_std = sigma(*a, "heading_std", kAngle);
     s.level_std = sigma(*a, "level_std", kAngle);
+  }
+  if (const auto e = t.get_table("errors")) {
+    s.position_std = sigma(*e, "position", kLength);
+    s.velocity_std = sigma(*e, "velocity", kSpeed);
+    if (e->has("level")) s.level_std = sigma(*e, "level", kAngle);
+    if (e->has("heading")) s.heading_std = sigma(*e, "heading", kAngle);
   }
   if (const auto state = t.get_table("state")) {
     s.has_state = true;

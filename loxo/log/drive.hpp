@@ -45,8 +45,11 @@ struct ImuErrors {
 };
 struct OdometerErrors {
   double scale_noise = kNone;         // white, 1 sigma of each increment relative to it
+  double noise = kNone;               // m, white, of each reading
+  double distance_noise = kNone;      // m/sqrt(m), white over the way
   double quantisation = kNone;        // m
   double speed_quantisation = kNone;  // m/s, of kind speed
+  double speed_noise = kNone;         // m/s, white, of each reading of kind speed
   double side_slip = kNone;           // rad, white, per increment
   double scale = kNone;               // 1 sigma of the constant, before calibration
 };
@@ -70,8 +73,11 @@ struct StartSection {
   double heading = kNone, pitch = kNone, roll = kNone;  // rad, attitude = { … }
   double heading_std = kNone;                           // rad, attitude = { heading_std = … }
   double level_std = kNone;                             // rad, of pitch and roll given there
-  double ve = kNone, vn = kNone, vu = kNone;            // m/s, velocity at the start
-  bool has_state = false;  // state = { … }: ECEF, means something at the pole
+  // errors = { position, velocity, level, heading }, 1 sigma of each axis: m, m/s, rad, rad; the
+  // last two are level_std and heading_std.
+  double position_std = kNone, velocity_std = kNone;
+  double ve = kNone, vn = kNone, vu = kNone;  // m/s, velocity at the start
+  bool has_state = false;                     // state = { … }: ECEF, means something at the pole
   double state_t = kNone, r[3]{}, v[3]{}, q[4]{1, 0, 0, 0};  // q body -> ECEF, scalar first
 };
 

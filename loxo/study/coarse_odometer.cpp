@@ -16,7 +16,7 @@ namespace {
 // backward.
 struct CoarseOdometer {
   bool found = false;
-  double k = 1, k_std = 0, eps = 0, explained = 0;
+  double k = 1, k_std = 0, eps = 0, eps_std = 0, explained = 0;
   int windows = 0;
 };
 CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTick>& ticks,
@@ -41,11 +41,21 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
     }
     return weight > 0 ? sum / weight : kNone;
   };
+  // At rest a wheel with noise tells a speed as well; whatever its unit, it is a small one.
+  std::vector<double> speeds;
+  for (std::size_t j = 1; j < ticks.size(); ++j)
+    speeds.push_back(std::fabs(ticks[j].value) /
+                     (ticks[j].is_speed ? 1.0 : std::max(ticks[j].t - ticks[j - 1].t, 1e-6)));
+  const auto fast = speeds.begin() + static_cast<std::ptrdiff_t>(speeds.size() * 19 / 20);
+  std::nth_element(speeds.begin(), fast, speeds.end());
+  const double slow = 0.1 * *fast;
   double begin = kNone, v0 = kNone, x = 0, y = 0, turn = 0, moving = 0;
   struct Row {
-    double dv, x, y;
+    double dv = 0, x = 0, y = 0;
+    bool follows = false;  // the row before ends where this one begins
   };
   std::vector<Row> rows;
+  bool follows = false;
   while (reader.next(s) && moving < 240) {
     if (s.t < t0) continue;
     if (!given(begin)) {
@@ -58,34 +68,81 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
     if (s.t < begin + kWindow) continue;
     const double v1 = speed_at(s.t);
     if (given(v0) && given(v1) && std::fabs(turn) < 0.1 &&
-        (std::fabs(v0) > 0 || std::fabs(v1) > 0)) {
-      rows.push_back({v1 - v0, x, y});
+        (std::fabs(v0) > slow || std::fabs(v1) > slow)) {
+      rows.push_back({v1 - v0, x, y, follows});
       moving += kWindow;
+      follows = true;
+    } else {
+      follows = false;
     }
     begin = s.t, v0 = v1, x = y = turn = 0;
   }
-  if (rows.size() < 15) return out;
-  Row mean{0, 0, 0};
-  for (const Row& r : rows) mean.dv += r.dv, mean.x += r.x, mean.y += r.y;
-  const auto n = static_cast<double>(rows.size());
-  double xx = 0, xy = 0, yy = 0, xv = 0, yv = 0, vv = 0;
-  for (const Row& r : rows) {
-    const double v = r.dv - mean.dv / n, a = r.x - mean.x / n, b = r.y - mean.y / n;
-    xx += a * a, xy += a * b, yy += b * b, xv += a * v, yv += b * v, vv += v * v;
+  // Forward is the direction whose acceleration goes with the speed: the wheel's noise shortens
+  // (xv, yv) and does not turn it, what happens across does not matter but for its scatter. Rows
+  // far off the line (an encoder dies and wakes) are left out of the second fit.
+  constexpr std::size_t kFewest = 8;
+  double n = 0, ux = 0, uy = 0, c = 0, pp = 0, pv = 0, vv = 0, aside = 0, k = 0;
+  const auto left = [&](const Row& r) { return r.dv - k * (ux * r.x + uy * r.y); };
+  for (int pass = 0; pass < 2; ++pass) {
+    if (pass > 0) {
+      std::vector<double> off;
+      double largest = 0;
+      for (const Row& r : rows) {
+        off.push_back(std::fabs(left(r)));
+        largest = std::max(largest, std::fabs(r.dv));
+      }
+      const double far = 4 * std::max(1.4826 * median(off), 0.1 * largest);
+      for (std::size_t j = rows.size(); j-- > 0;)
+        if (off[j] > far) {
+          rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(j));
+          if (j < rows.size()) rows[j].follows = false;
+        }
+    }
+    if (rows.size() < kFewest) return out;
+    n = static_cast<double>(rows.size());
+    Row mean{};
+    for (const Row& r : rows) mean.dv += r.dv / n, mean.x += r.x / n, mean.y += r.y / n;
+    double xv = 0, yv = 0;
+    vv = pp = pv = aside = 0;
+    for (Row& r : rows) {
+      r.dv -= mean.dv, r.x -= mean.x, r.y -= mean.y;
+      xv += r.x * r.dv, yv += r.y * r.dv, vv += r.dv * r.dv;
+    }
+    c = std::hypot(xv, yv);
+    if (!(c > 0)) return out;
+    ux = xv / c, uy = yv / c;
+    for (const Row& r : rows) {
+      const double p = ux * r.x + uy * r.y, q = uy * r.x - ux * r.y;
+      pp += p * p, pv += p * r.dv, aside += q * q;
+    }
+    k = pv / pp;
   }
-  // Total along the direction that explains the speed: slope by the axis of the correlation, k =
-  // speed change / IMU change.
-  const double cx = xv, cy = yv, c = std::hypot(cx, cy);
-  if (!(c > 0) || !(vv > 0)) return out;
-  const double ux = cx / c, uy = cy / c, uu = ux * ux * xx + 2 * ux * uy * xy + uy * uy * yy,
-               uv = ux * xv + uy * yv;
-  out.explained = uv * uv / (uu * vv);
-  out.k = std::sqrt(vv / uu);
-  // Of the slope's scatter, and 2 % for slopes of the road and gravity's part in them.
-  out.k_std = out.k * std::sqrt((1 - out.explained) / (out.explained * n) + 4e-4);
+  const double s2 = std::max(vv - pv * pv / pp, 0.0) / (n - 3), along = s2 / (pp * k * k);
+  // What is left is the wheel's, or the road's in the IMU (slopes). The noise of a speed ends one
+  // window and begins the next, so the wheel's part is correlated by -1/2; slopes make the slope of
+  // the line too small, the wheel's noise does not.
+  double next = 0;
+  long pairs = 0;
+  for (std::size_t j = 1; j < rows.size(); ++j)
+    if (rows[j].follows) {
+      next += left(rows[j - 1]) * left(rows[j]);
+      ++pairs;
+    }
+  const double wheel =
+      pairs > 0 ? std::clamp(-2 * next / static_cast<double>(pairs), 0.0, s2) : 0.0;
+  const double told = vv / n - wheel;
+  if (!(told > 0)) return out;
+  out.explained = 1 - (s2 - wheel) / told;
   out.eps = std::atan2(-ux, uy);
+  out.eps_std = std::sqrt(aside / (n - 2) * vv) / c;
   out.windows = static_cast<int>(rows.size());
-  out.found = out.explained > 0.5 && uu / n > 0.05;  // of the IMU: any unit of the wheel
+  // A line by chance has k^2/variance above 20 once in 20,000; a poor one says nothing either.
+  out.found = 20 * along < 1 && out.explained > 0.3 && out.eps_std < 15 * deg;
+  if (!out.found) return out;
+  out.k = k / out.explained;
+  // How well line and noise are told apart, and 2 % for slopes that keep in step with the speed.
+  const double share = 2 * s2 / (std::sqrt(n) * told);
+  out.k_std = out.k * std::sqrt(along + share * share + 4e-4);
   return out;
 }
 
@@ -99,7 +156,7 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
     if (c.found)
       meta["coarse_odometer"] = fmt::format("k {:.2f}, mounting {:.0f} deg, {:.0f} % explained",
                                             c.k, c.eps / deg, 100 * c.explained);
-    if (c.found && std::fabs(wrap_pi(c.eps - config.eps_h)) > 25 * deg) {
+    if (c.found && std::fabs(wrap_pi(c.eps - config.eps_h)) > std::max(25 * deg, 4 * c.eps_std)) {
       d.warn("mounting", "odometer.mounting",
              fmt::format("the IMU's acceleration says that its forward axis stands {:.0f} deg from "
                          "the vehicle's (declared {:.0f} deg){}: taken as the start value",
@@ -108,7 +165,7 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
                              ? ", or the wheel counts backward"
                              : ""));
       config.eps_h = c.eps;
-      config.eps_std = 10 * deg;
+      config.eps_std = std::max(10 * deg, 2 * c.eps_std);
     }
     if (c.found && (c.k > 1.4 || c.k < 0.7)) {
       static constexpr std::pair<double, const char*> units[] = {

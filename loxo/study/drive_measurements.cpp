@@ -64,6 +64,9 @@ DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& o, 
       if (m.ticks[i].is_speed && v > StandstillConfig{}.wheel_quiet) sum += v * dt, time += dt;
     }
     if (time > 0) m.mean_speed = sum / time;
+    double way = 0;
+    for (const OdometerTick& t : m.ticks) way += t.is_speed ? 0.0 : std::fabs(t.value);
+    if (m.ticks.size() > 1) m.mean_way = way / std::max(1e-3, m.ticks.back().t - m.ticks[0].t);
     m.tick_interval = median(steps);
     m.unsigned_wheel = !negative;
   }

@@ -17,6 +17,7 @@ struct DriveMeasurements {
   bool sparse_fixes = false, fixes_wanted = false;
   bool unsigned_wheel = false;
   double mean_speed = 0;  // m/s, of the speed readings in motion
+  double mean_way = 0;    // m/s, of all distance readings
 };
 // Throws Error(kInput) for a negative or zero declared sigma.
 DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& options,

@@ -230,6 +230,11 @@ SegmentedConfig segmented_config(const DriveSetup& set, const DeclaredErrors<dou
       max(1.0, static_cast<double>(set.truth.epoch_every) / set.truth.odometer_every);
   c.scale_noise = d.scale_noise / sqrt(ticks);
   c.slip_noise = d.side_slip;
+  const auto& t = set.truth;
+  const double epoch = t.epoch_every * t.dt,
+               way = fabs(t.epochs.back().distance) / static_cast<double>(t.epochs.size() - 1);
+  c.way_noise =
+      sqrt((ticks * d.noise * d.noise + way * d.distance_noise * d.distance_noise) / epoch);
   c.quantisation = d.quantisation;
   c.scale_walk = max(d.scale_walk, d.scale_markov * sqrt(2.0 / set.scale_markov_time));
   return c;
@@ -256,7 +261,8 @@ NavigatorConfig navigator_config(const DriveSetup& set, const DeclaredErrors<dou
   c.lever_std = 0.02;
   c.quantisation = d.quantisation;
   c.scale_noise = d.scale_noise, c.slip_noise = d.side_slip;
-  c.distance_std = sqrt(d.noise * d.noise + 1e-3 * 1e-3);
+  c.reading_noise = d.noise, c.way_noise = d.distance_noise;
+  c.distance_std = 1e-3;
   c.height_std = e.height_std;
   c.fix_std_min = 1e-3;
   // As the filter at epochs starts, with what this one seeks beside.

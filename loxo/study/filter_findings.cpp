@@ -159,6 +159,13 @@ void tell_findings(const Drive& drive, const DriveMeasurements& m, const Navigat
           fmt::format("scale k = {:.3f} is far from the {:.3f} it started from: unit or metres per "
                       "pulse wrong?",
                       out.k, config.scale));
+  const bool angle_sought = config.use_odometer || config.use_nhc;
+  if (angle_sought && run.travelled > 100 &&
+      std::fabs(out.eps_h - config.eps_h) > 5 * config.eps_std)
+    d.bad("mounting", "odometer.mounting",
+          fmt::format("mounting {:.1f} deg is far from the {:.1f} +- {:.1f} deg it started from: "
+                      "declare odometer.mounting",
+                      out.eps_h / deg, config.eps_h / deg, config.eps_std / deg));
   tell_innovations(out, d);
 }
 

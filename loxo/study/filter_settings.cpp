@@ -70,6 +70,8 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
         fmt::format("a state: +- {:.3g} m/s, k holds at {:.3g} m/s", c.offset_std, c.offset_speed);
   }
   c.scale_noise = or_else(oe.scale_noise, odometer_is_speed ? 0.0 : 1e-3);
+  c.reading_noise = or_else(oe.noise, 0.0);
+  c.way_noise = or_else(oe.distance_noise, 0.0);
   c.slip_noise = or_else(oe.side_slip, 0.0);
   c.nhc_epoch = std::max(0.1, 10 * imu_interval);
   if (!c.use_odometer) {  // nothing but the constraint holds the drive: wide

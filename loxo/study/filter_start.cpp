@@ -18,7 +18,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
   const StartSection& st = drive.start;
   FilterStart b;
   NominalState& s = b.start.state;
-  double lat = st.lat, lon = st.lon, h = st.h, pos_std = 1.0;
+  double lat = st.lat, lon = st.lon, h = st.h, pos_std = or_else(st.position_std, 1.0);
   double t0 = or_else(st.t, first_imu_t);
   if (t0 < first_imu_t - 60)
     throw Error(ErrorKind::kInput,
@@ -61,7 +61,8 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
     b.report.heading_std = or_else(st.heading_std, 0.1 * deg);
     // A given level owes nothing to the accelerometers: their biases are all to come.
     sigmas.static_level = false;
-    sigmas.level = 0.05 * deg, sigmas.heading = b.report.heading_std;
+    sigmas.level = or_else(st.level_std, 0.05 * deg), sigmas.heading = b.report.heading_std;
+    pos_std = or_else(st.position_std, pos_std);
   } else {
     a = align_drive(drive, o, config, m, {lat, lon, h}, t0, d);
     if (a.has_place) lat = a.place.lat, lon = a.place.lon, h = a.place.h, pos_std = a.place_std;
@@ -76,7 +77,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
     sigmas.level = a.level_std, sigmas.heading = a.heading_random;
   }
   const bool at_rest = !given(st.ve) && !st.has_state && !a.has_place;
-  sigmas.velocity = a.has_place ? a.velocity_std : at_rest ? 0.02 : 0.05;
+  sigmas.velocity = a.has_place ? a.velocity_std : at_rest ? 0.02 : or_else(st.velocity_std, 0.05);
   sigmas.position = pos_std;
   sigmas.gyro_scale.x = sigmas.gyro_scale.y = 0;  // only the one about the up axis is driven
   if (o.calibrated && (config.use_odometer || config.use_nhc)) sigmas.eps_p = 2 * deg;

@@ -58,7 +58,7 @@ PlanarConfig config_of(const Drive& drive, std::map<std::string, std::string>& m
   const OdometerErrors& o = drive.odometer_errors;
   c.scale_noise = or_else(o.scale_noise, 0.01);
   c.side_slip = or_else(o.side_slip, 0.5 * deg);
-  c.quantisation = or_else(o.quantisation, 0.0);
+  c.quantisation = std::hypot(or_else(o.quantisation, 0.0), or_else(o.noise, 0.0));
   c.heading_noise = or_else(drive.attitude_errors.heading_noise, 0.5 * deg_per_sqrt_h);
   const auto tell = [&](const char* key, double value, double said) {
     meta[key] = fmt::format("{:.4g}{}", value, given(said) ? "" : " (assumed)");

@@ -151,11 +151,16 @@ void read_fix(const TomlTable& t, ScenarioFix& f) {
 }
 
 // `noise`: the name of the white part.
-ScenarioChannel read_channel(const TomlTable& t, Dimension d, const char* noise) {
+// The white part is `noise` or `std`, as one likes.
+ScenarioChannel read_channel(const TomlTable& t, Dimension d) {
   ScenarioChannel c;
   c.present = true;
   c.rate = positive(t, "rate", kFrequency, 1.0);
-  c.errors.noise = sigma(t, noise, d);
+  c.errors.noise = sigma(t, "noise", d);
+  if (const double std = sigma(t, "std", d); std > 0) {
+    if (c.errors.noise > 0) refuse("'std' and 'noise' are the same: give one", t.where("std"));
+    c.errors.noise = std;
+  }
   c.errors.bias = sigma(t, "bias", d);
   c.errors.markov = sigma(t, "markov", d);
   c.errors.markov_time = positive(t, "markov_time", kTime, 300);
@@ -184,10 +189,10 @@ void read_sensors(const TomlTable& t, Scenario& s) {
     s.attitude.heading.noise = sigma(*a, "heading_white", kAngle);
   }
   if (const auto f = t.get_table("fix")) read_fix(*f, s.fix);
-  if (const auto h = t.get_table("height")) s.height = read_channel(*h, kLength, "std");
-  if (const auto h = t.get_table("heading")) s.heading = read_channel(*h, kAngle, "noise");
+  if (const auto h = t.get_table("height")) s.height = read_channel(*h, kLength);
+  if (const auto h = t.get_table("heading")) s.heading = read_channel(*h, kAngle);
   if (const auto v = t.get_table("velocity")) {
-    s.velocity = read_channel(*v, kSpeed, "noise");
+    s.velocity = read_channel(*v, kSpeed);
     s.velocity.scale = sigma(*v, "scale", kNone);
   }
   if (const auto r = t.get_table("reference"))

@@ -31,13 +31,20 @@ std::string start_section(const Scenario& s, const Truth& truth) {
   x.r = x.r + of_track(e.right, e.forward, 0);
   x.v += of_track(e.v_right, e.v_forward, 0);
   x.q_eb = exp_rotation<Ecef, Ecef>(-of_track(e.tilt_right, e.tilt_forward, e.tilt_up)) * x.q_eb;
+  // What is wrong with it is declared as a data sheet would: 1 sigma of each axis.
+  const auto each = [](double a, double b) { return std::hypot(a, b) / std::sqrt(2.0); };
+  ErrorsLine errors;
+  errors.add("position", each(e.right, e.forward), "m");
+  errors.add("velocity", each(e.v_right, e.v_forward), "m/s");
+  errors.add("level", each(e.tilt_right, e.tilt_forward), "rad");
+  errors.add("heading", std::fabs(e.tilt_up), "rad");
   return fmt::format(
-      "\n[start]\nstate = {{ t_s = 0, x_m = {}, y_m = {}, z_m = {}, vx_mps = {}, vy_mps = {}, "
-      "vz_mps = {}, qw = {}, qx = {}, "
-      "qy = {}, qz = {} }}\n",
-      number_text(x.r.x), number_text(x.r.y), number_text(x.r.z), number_text(x.v.x),
-      number_text(x.v.y), number_text(x.v.z), number_text(x.q_eb.w), number_text(x.q_eb.x),
-      number_text(x.q_eb.y), number_text(x.q_eb.z));
+             "\n[start]\nstate = {{ t_s = 0, x_m = {}, y_m = {}, z_m = {}, vx_mps = {}, vy_mps = "
+             "{}, vz_mps = {}, qw = {}, qx = {}, qy = {}, qz = {} }}\n",
+             number_text(x.r.x), number_text(x.r.y), number_text(x.r.z), number_text(x.v.x),
+             number_text(x.v.y), number_text(x.v.z), number_text(x.q_eb.w), number_text(x.q_eb.x),
+             number_text(x.q_eb.y), number_text(x.q_eb.z)) +
+         errors.line();
 }
 
 std::string vector_of(const Vec<Body>& v, const char* unit) {
@@ -91,6 +98,8 @@ std::string sections(const Scenario& s) {
       toml += "lever_arm = " + vector_of(o.lever, "m") + "\n";
     ErrorsLine e;
     e.add("scale_noise", o.errors.scale_noise, "");
+    e.add("noise", o.errors.noise, "m");
+    e.add("distance_noise", o.errors.distance_noise, "m/sqrt(m)");
     e.add("quantisation", o.errors.quantisation, "m");
     e.add("scale", o.errors.scale_error, "");
     toml += e.line();

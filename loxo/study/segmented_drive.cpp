@@ -55,7 +55,11 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
                                    : start.report.heading_std;
   c.scale_std = std::max(settings.scale_std, 0.05);
   c.quantisation = settings.quantisation;
-  if (settings.scale_noise > 0) c.scale_noise = settings.scale_noise;
+  // Of a second, from those of a reading.
+  const double readings = std::max(1.0, 1 / m.tick_interval);
+  if (settings.scale_noise > 0) c.scale_noise = settings.scale_noise / std::sqrt(readings);
+  c.way_noise = std::sqrt(readings * settings.reading_noise * settings.reading_noise +
+                          m.mean_way * settings.way_noise * settings.way_noise);
   if (settings.slip_noise > 0) c.slip_noise = settings.slip_noise;
   SegmentedStart s;
   const NominalState& n = start.start.state;

@@ -229,6 +229,8 @@ class SlowSections {
   ErrorsLine odometer_errors() const {
     ErrorsLine e;
     e.add("scale_noise", drive_.odometer_errors.scale_noise, "");
+    e.add("noise", drive_.odometer_errors.noise, "m");
+    e.add("distance_noise", drive_.odometer_errors.distance_noise, "m/sqrt(m)");
     e.add("quantisation", drive_.odometer_errors.quantisation, "m");
     e.add("side_slip", drive_.odometer_errors.side_slip, "rad");
     e.add("scale", drive_.odometer_errors.scale, "");
