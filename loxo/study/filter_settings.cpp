@@ -47,9 +47,7 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   // readings a second or fewer.
   const bool own_clock =
       odometer_is_speed || (given(odometer_interval) && odometer_interval >= 0.1999);
-  // Of a distance it is not, though 1.3 has it on there too: over hours the smoother loses its
-  // covariance with it (sigmas of zero in the first five minutes of four hours).
-  if (own_clock && odometer_is_speed) {
+  if (own_clock) {
     c.tau_std = drive.odometer.delay != 0 ? 0.3 : 0.5;
     c.tau_walk = given(odometer_interval) && odometer_interval >= 0.1999 ? 3e-3 : 0.0;
   }
