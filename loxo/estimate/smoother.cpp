@@ -166,6 +166,8 @@ void SmootherTape::smooth_states(const Emit& emit) {
           for (int j = 0; j < kLd; ++j) o[j] += l * w[j];
         }
       }
+      for (int r = 0; r < N; ++r)
+        for (int j = 0; j < r; ++j) L->m[r][j] = L->m[j][r] = 0.5 * (L->m[r][j] + L->m[j][r]);
     } else if (kind == kMeasurement) {
       const double s = data[0], y = data[1];
       const int n = static_cast<int>(data[2]);
