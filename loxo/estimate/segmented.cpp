@@ -163,10 +163,12 @@ struct SegmentedNavigator::Impl {
         c.accel_bias * c.accel_bias * Eigen::Vector2d::Ones();
     M16 P = M16::Zero();
     P.topLeftCorner<12, 12>() = A * var.asDiagonal() * A.transpose();
-    P(0, 0) += c.level_std * c.level_std;
-    P(1, 1) += c.level_std * c.level_std;
+    const double level = max(c.level_std, c.given_level_std),
+                 speed = max(c.velocity_std, c.given_velocity_std);
+    P(0, 0) += level * level;
+    P(1, 1) += level * level;
     P(2, 2) += c.heading_std * c.heading_std;
-    P(3, 3) = P(4, 4) = c.velocity_std * c.velocity_std;
+    P(3, 3) = P(4, 4) = speed * speed;
     // Both start at the same point: the position's error is common and cancels in every difference.
     P(14, 14) = c.mounting_std * c.mounting_std;
     P(15, 15) = c.scale_std * c.scale_std;
@@ -372,8 +374,10 @@ struct SegmentedNavigator::Impl {
       Q4.diagonal() << qs, qs, 1e-12 * T, 1e-10 * T;
       x4 = D * x4;
       P4 = D4 * P4 * D4.transpose() + Q4;
-      const double age = now - t0, drift = c.c_a * c.accel_bias * age * age / 2;
-      const M2 R = (c.r0 * c.r0 + drift * drift) * M2::Identity();
+      const double age = now - t0, drift = c.c_a * c.accel_bias * age * age / 2,
+                   tilt = 9.8 * c.given_level_std * age * age / 2,
+                   start = c.given_velocity_std * age;
+      const M2 R = (c.r0 * c.r0 + drift * drift + tilt * tilt + start * start) * M2::Identity();
       const Eigen::Matrix<double, 4, 2> K =
           P4.leftCols<2>() * (P4.topLeftCorner<2, 2>() + R).inverse();
       x4 += K * (difference - x4.head<2>());

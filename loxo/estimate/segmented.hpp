@@ -20,7 +20,10 @@ struct SegmentedConfig {
          heading_std = 0;      // random part of the alignment, beside what the biases cause (6.1)
   bool static_heading = true;  // heading found from the gyros: correlated with their bias
   bool static_level = true;    // level found from the accelerometers: as correlated with theirs
-  double position_std = 0.1, velocity_std = 0.01;
+  double velocity_std = 0.01;
+  // Of a start given with its errors, rad and m/s: they drive the INS as a bias does, and R(t)
+  // holds them beside it. 0: as good as level_std and velocity_std say.
+  double given_level_std = 0, given_velocity_std = 0;
   double scale_std = 0.05, mounting_std = 0.052359877559829887;  // 3 deg
   double scale_noise = 1e-3, slip_noise = 8.7e-4;                // white, per second
   double way_noise = 0;                                          // m/sqrt(s), white, of the way

@@ -53,6 +53,7 @@ struct AlignmentReport {
   // static, inertial_frame, gyrocompass, fine, attitude, state, stored, two_step, in_motion
   std::string method;
   double heading = 0, heading_std = 0;               // rad
+  double position_std = 0;                           // m, of the start, each axis
   double std_gyro = 0, std_noise = 0, std_sway = 0;  // what the sigma is made of, rad
   double duration = 0;                               // s used
   // What the prediction rests on: east gyro bias [rad/s], latitude of the place, and the latitude

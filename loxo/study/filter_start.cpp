@@ -82,6 +82,7 @@ FilterStart filter_start(const Drive& drive, const FilterOptions& o, const Navig
   sigmas.gyro_scale.x = sigmas.gyro_scale.y = 0;  // only the one about the up axis is driven
   if (o.calibrated && (config.use_odometer || config.use_nhc)) sigmas.eps_p = 2 * deg;
   b.start.P = start_covariance(ell, s, sigmas);
+  b.report.position_std = sigmas.position;
   s.scale = config.scale;
   s.eps_h = config.eps_h;
   s.eps_p = config.eps_p;

@@ -49,7 +49,11 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
   // second, and phase 1 must expect it.
   for (const char* given : {"state", "attitude", "stored", "in_motion"})
     if (start.report.method == given) c.static_level = false;
-  if (!c.static_level) c.c_a = 1;
+  if (!c.static_level) {
+    c.c_a = 1;
+    c.given_level_std = or_else(drive.start.level_std, 0.0);
+    c.given_velocity_std = or_else(drive.start.velocity_std, 0.0);
+  }
   c.static_heading = start.report.method == "static";
   c.heading_std = c.static_heading ? std::hypot(start.report.std_noise, start.report.std_sway)
                                    : start.report.heading_std;
@@ -138,8 +142,10 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
     const Vec<Geographic> speed = C_ge * (nav.velocity() + drift);
     r.ve = speed.x, r.vn = speed.y;
     r.std_heading = e.heading_std;
-    r.std_e = std::sqrt(std::max(e.weighted.cov[0], 0.0));
-    r.std_n = std::sqrt(std::max(e.weighted.cov[2], 0.0));
+    // The method knows the way from the start; where that was is another matter.
+    const double place = start.report.position_std * start.report.position_std;
+    r.std_e = std::sqrt(std::max(e.weighted.cov[0], 0.0) + place);
+    r.std_n = std::sqrt(std::max(e.weighted.cov[2], 0.0) + place);
     r.frame = FrameId::kGeographic;
     r.health = health | standing;
     health = 0;
