@@ -549,6 +549,41 @@ TEST(Filter, AMountingIsFoundFromLittle) {
   }
 }
 
+// Readings that scatter more than anybody has declared: what they show is taken, and told, of a
+// fast wheel by its second differences, of a slow one beside the IMU; the errors stay inside what
+// is stated.
+TEST(Filter, UndeclaredNoiseOfAWheelIsSeen) {
+  for (const char* rate : {"20 Hz", "1 Hz"}) {
+    const fs::path folder = fs::path(loxo::testing::scratch_folder()) / "filter_undeclared" / rate;
+    fs::create_directories(folder.parent_path());
+    std::ofstream(folder.string() + ".toml")
+        << "seed = 4\n[start]\nlat_deg = -33\nlon_deg = 180\n[path]\nrandom = \"1.5 km\"\nspeed = "
+           "\"5 m/s\"\n[imu]\nrate = \"50 Hz\"\ngyro_bias = \"1 deg/h\"\ngyro_noise = \"0.05 "
+           "deg/sqrt(h)\"\naccel_bias = \"500 ug\"\naccel_noise = \"50 ug/sqrt(Hz)\"\n[odometer]\n"
+           "noise = \"0.08 m\"\nrate = \""
+        << rate << "\"\n";
+    ASSERT_EQ(loxo::testing::run("simulate --quiet '" + folder.string() + ".toml' -o '" +
+                                 folder.string() + "'")
+                  .exit_code,
+              0);
+    std::string toml = loxo::testing::slurp((folder / "drive.toml").string());
+    const auto at = toml.find("noise = \"0.08 m\"");
+    ASSERT_NE(at, std::string::npos) << toml;
+    toml.replace(at, 16, "");
+    std::ofstream(folder / "drive.toml") << toml;
+    const std::string solution = (folder / "s.csv").string();
+    const auto r = loxo::testing::run("navigate '" + folder.string() +
+                                      "' --mode filter --json -o '" + solution + "'");
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    EXPECT_NE(r.err.find("readings scatter"), std::string::npos) << rate << r.err;
+    const std::string noise = parse_json(r.out, "stdout")["settings"]["reading_noise_m"];
+    EXPECT_NEAR(std::strtod(noise.c_str(), nullptr), 0.08, 0.025) << rate;
+    const auto e = loxo::testing::run("evaluate '" + solution + "' --truth '" +
+                                      (folder / "reference.csv").string() + "' --json");
+    EXPECT_LT(parse_json(e.out, "stdout")["nees_mean"].get<double>(), 8) << rate << e.err;
+  }
+}
+
 TEST(Filter, VerticalModes) {
   Spec spec;
   spec.length = 150;

@@ -316,5 +316,22 @@ TEST(Simulate, EveryStampOfRatesReadsBackAsTheSameDrive) {
   EXPECT_NEAR(end[2], end[0], 1e-3);
 }
 
+// The white part of a height, a heading, a speed may be called std or noise; not both.
+TEST(Simulate, StdAndNoiseAreOneWord) {
+  const std::string base = loxo::testing::scratch_folder() + "/simulate_std_";
+  const std::string how = "simulate mountain-road --quiet --set imu.rate=20Hz --set ";
+  for (const char* set : {"height.noise=0.3m --set height.std=0m", "height.std=0.3m"}) {
+    const auto r =
+        loxo::testing::run(how + set + " -o " + base + (set[7] == 'n' ? "noise" : "std"));
+    ASSERT_EQ(r.exit_code, 0) << set << r.err;
+  }
+  EXPECT_EQ(loxo::testing::slurp(base + "noise/height.csv"),
+            loxo::testing::slurp(base + "std/height.csv"));
+  const auto both =
+      loxo::testing::run(how + "height.noise=0.3m --set height.std=0.3m -o " + base + "both");
+  EXPECT_EQ(both.exit_code, 3);
+  EXPECT_NE(both.err.find("give one"), std::string::npos) << both.err;
+}
+
 }  // namespace
 }  // namespace loxo::testing

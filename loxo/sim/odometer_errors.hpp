@@ -74,6 +74,7 @@ class Odometer {
       const double a = loxo::exp(-dt / model_.markov_time);
       markov_ = a * markov_ + (loxo::sqrt(1.0 - a * a) * model_.scale_markov) * n[4];
     }
+    if (factor == 0) return S(0.0);  // a dead encoder has no noise either
     const double turned = way * factor;
     S x = turned * k * (1.0 + model_.scale_noise * n[1]) + model_.noise * n[0] +
           loxo::sqrt(loxo::fabs(turned)) * model_.distance_noise * n[2];

@@ -334,6 +334,14 @@ TEST(Odometer, SlipAndADeadEncoderCountByTheirShareOfTheInterval) {
   EXPECT_DOUBLE_EQ(o.reading(0, 10, 1.1, 1), 11.0);
 }
 
+TEST(Odometer, ADeadEncoderHasNoNoise) {
+  OdometerModel<double> m;
+  m.noise = 0.05, m.scale_noise = 0.01, m.distance_noise = 0.01, m.quantisation = 0.02;
+  Odometer<double> o(m, testing::seed(), 0);
+  for (std::uint64_t i = 0; i < 100; ++i) EXPECT_EQ(o.reading(i, 2, 0, 0.1), 0);
+  EXPECT_NEAR(o.reading(100, 2, 1, 0.1), 2, 0.5);
+}
+
 TEST(Odometer, TheWayADelayAgoIsThatOfTheSmoothDrive) {
   const auto way = [](double t) { return 20 * t + 3 * std::sin(0.7 * t); };
   const auto speed = [](double t) { return 20 + 2.1 * std::cos(0.7 * t); };

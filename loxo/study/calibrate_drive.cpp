@@ -185,7 +185,18 @@ DriveCalibration calibrate_drive(const Drive& drive, const CalibrateOptions& opt
   track.earth_rate = drive.earth_rate;
   track.taken_scale = drive.track.present ? drive.track_scale : 1.0;
   track.taken_offset = drive.track.present ? drive.track_heading_offset : 0.0;
-  const TrackErrorModel errors = track_error_model(drive);
+  TrackErrorModel errors = track_error_model(drive);
+  // Noise of a reading and of the way, as one relative to the readings' mean square: exact where
+  // they are alike.
+  double way = 0, squared = 0;
+  for (const TrackStep& s : track.steps) way += std::fabs(s.ds), squared += s.ds * s.ds;
+  if (squared > 0) {
+    const double each = or_else(drive.odometer_errors.noise, 0.0),
+                 root = or_else(drive.odometer_errors.distance_noise, 0.0);
+    errors.scale_noise = std::sqrt(
+        errors.scale_noise * errors.scale_noise +
+        (static_cast<double>(track.steps.size()) * each * each + way * root * root) / squared);
+  }
   Benchmark start = first;
   start.row = 0;
   const Benchmark& end = benchmarks.back();

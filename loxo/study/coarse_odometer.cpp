@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "loxo/num/units.hpp"
+#include "loxo/study/filter_settings.hpp"
 
 namespace loxo {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 struct CoarseOdometer {
   bool found = false;
   double k = 1, k_std = 0, eps = 0, eps_std = 0, explained = 0;
+  double noise = 0;  // m/s, of the wheel's mean speed over a second
   int windows = 0;
 };
 CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTick>& ticks,
@@ -140,6 +142,7 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
   out.found = 20 * along < 1 && out.explained > 0.3 && out.eps_std < 15 * deg;
   if (!out.found) return out;
   out.k = k / out.explained;
+  out.noise = std::sqrt(0.5 * wheel);
   // How well line and noise are told apart, and 2 % for slopes that keep in step with the speed.
   const double share = 2 * s2 / (std::sqrt(n) * told);
   out.k_std = out.k * std::sqrt(along + share * share + 4e-4);
@@ -153,6 +156,11 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
                   Diagnostics& d) {
   if (config.use_odometer && !o.calibrated) {
     const CoarseOdometer c = coarse_odometer(drive, m.ticks, or_else(drive.start.t, first_t), d);
+    // A slow wheel's noise is seen beside the IMU only (a fast one's: take_scatter).
+    if (c.found && m.scatter == 0 && !m.ticks.front().is_speed && given(m.tick_interval)) {
+      const double dt = m.tick_interval;
+      take_scatter(c.noise * (dt < 1 ? std::sqrt(dt) : dt), m.mean_way * dt, config, meta, d);
+    }
     if (c.found)
       meta["coarse_odometer"] = fmt::format("k {:.2f}, mounting {:.0f} deg, {:.0f} % explained",
                                             c.k, c.eps / deg, 100 * c.explained);

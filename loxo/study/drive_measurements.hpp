@@ -18,6 +18,7 @@ struct DriveMeasurements {
   bool unsigned_wheel = false;
   double mean_speed = 0;  // m/s, of the speed readings in motion
   double mean_way = 0;    // m/s, of all distance readings
+  double scatter = 0;     // m, white noise of a distance reading as the readings show it; 0: unseen
 };
 // Throws Error(kInput) for a negative or zero declared sigma.
 DriveMeasurements read_measurements(const Drive& drive, const FilterOptions& options,

@@ -224,6 +224,7 @@ FilterResult filter_drive(const Drive& drive, const FilterOptions& o, const RowS
                          : given(typical) && typical > 0.3 ? 3.0
                                                            : 0.0;
   }
+  take_scatter(m.scatter, m.mean_way * m.tick_interval, config, out.meta, d);
   coarse_check(drive, m, o, first_t, config, out.meta, d);
   FilterStart begin = filter_start(drive, o, config, m, first_t, d);
   if (begin.rest.samples > 0) {

@@ -71,6 +71,9 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   c.reading_noise = or_else(oe.noise, 0.0);
   c.way_noise = or_else(oe.distance_noise, 0.0);
   c.slip_noise = or_else(oe.side_slip, 0.0);
+  if (odometer_is_speed && given(oe.speed_noise))  // the figure is for 1 Hz
+    c.speed_std =
+        std::max(oe.speed_noise * std::sqrt(std::min(1.0, or_else(odometer_interval, 1.0))), 0.01);
   c.nhc_epoch = std::max(0.1, 10 * imu_interval);
   if (!c.use_odometer) {  // nothing but the constraint holds the drive: wide
     c.nhc_side = 0.05;
@@ -104,6 +107,25 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double i
   meta["accel_bias_ug"] =
       fmt::format("{:.4g}{}", c.accel_bias / ug, given(e.accel_bias) ? "" : " (assumed)");
   return c;
+}
+
+void take_scatter(double scatter, double way, NavigatorConfig& c,
+                  std::map<std::string, std::string>& meta, Diagnostics& d) {
+  if (!(scatter > 0)) return;
+  const double relative = c.scale_noise * way;
+  // Rounding to q shows as q sqrt(20/12)/sqrt(6) in second differences.
+  const double rounding = c.quantisation * c.quantisation * (20.0 / 12 / 6);
+  const double declared =
+      relative * relative + c.reading_noise * c.reading_noise + c.way_noise * c.way_noise * way;
+  constexpr double kSlight = 0.003;  // m: a tenth of what an epoch allows for anyway
+  const double seen = scatter * scatter - rounding;
+  if (!(seen > 4 * declared + kSlight * kSlight + rounding)) return;
+  d.warn("reading_noise", "odometer",
+         fmt::format("the readings scatter by {:.2g} m each, {:.2g} m is declared (errors.noise): "
+                     "what they show is taken",
+                     std::sqrt(seen), std::sqrt(declared)));
+  c.reading_noise = std::sqrt(seen);
+  meta["reading_noise_m"] = fmt::format("{:.3g} (seen)", c.reading_noise);
 }
 
 }  // namespace loxo

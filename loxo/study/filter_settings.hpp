@@ -11,4 +11,9 @@ NavigatorConfig settings_of(const Drive& drive, const FilterOptions& options, do
                             double odometer_interval, bool odometer_is_speed, double mean_speed,
                             std::map<std::string, std::string>& meta);
 
+// Distance readings that scatter by more than twice what is declared of them: what they show is
+// taken, and told. scatter: m, white, of a reading (0: not seen); way: of a reading, m.
+void take_scatter(double scatter, double way, NavigatorConfig& config,
+                  std::map<std::string, std::string>& meta, Diagnostics& diagnostics);
+
 }  // namespace loxo

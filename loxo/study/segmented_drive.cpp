@@ -36,6 +36,7 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
     throw Error(ErrorKind::kInput, "the odometer has fewer than two readings", drive.odometer.file);
   NavigatorConfig settings = settings_of(drive, o, reader.interval(), m.tick_interval,
                                          m.ticks.front().is_speed, m.mean_speed, out.meta);
+  take_scatter(m.scatter, m.mean_way * m.tick_interval, settings, out.meta, d);
   coarse_check(drive, m, o, sample.t - sample.dt, settings, out.meta, d);
   const FilterStart start = filter_start(drive, o, settings, m, sample.t - sample.dt, d);
   out.alignment = start.report;
