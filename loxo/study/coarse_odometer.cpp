@@ -12,19 +12,18 @@
 namespace loxo {
 namespace {
 
-// Scale and mounting heading of the odometer, coarsely, from how its speed changes with the IMU's
-// own acceleration over two seconds: enough to see a wrong unit or an IMU mounted across or
-// backward.
-struct CoarseOdometer {
-  bool found = false;
-  double k = 1, k_std = 0, eps = 0, eps_std = 0, explained = 0;
-  double noise = 0;  // m/s, of the wheel's mean speed over a second
-  int windows = 0;
+// Over a window: what the wheel's speed changed by, in its own unit, and the IMU's right and
+// forward integrals, m/s.
+struct SpeedChange {
+  double dv = 0, x = 0, y = 0;
+  bool follows = false;  // the window before ends where this one begins
 };
-CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTick>& ticks,
-                               double t0, Diagnostics& d) {
-  CoarseOdometer out;
-  if (ticks.size() < 10) return out;
+
+// Windows of two seconds in motion without a turn, four minutes of them at most.
+std::vector<SpeedChange> speed_changes(const Drive& drive, const std::vector<OdometerTick>& ticks,
+                                       double t0, Diagnostics& d) {
+  std::vector<SpeedChange> rows;
+  if (ticks.size() < 10) return rows;
   constexpr double kWindow = 2.0;
   ImuReader reader(drive, d);
   ImuIncrement<double> s;
@@ -52,11 +51,6 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
   std::nth_element(speeds.begin(), fast, speeds.end());
   const double slow = 0.1 * *fast;
   double begin = kNone, v0 = kNone, x = 0, y = 0, turn = 0, moving = 0;
-  struct Row {
-    double dv = 0, x = 0, y = 0;
-    bool follows = false;  // the row before ends where this one begins
-  };
-  std::vector<Row> rows;
   bool follows = false;
   while (reader.next(s) && moving < 240) {
     if (s.t < t0) continue;
@@ -79,47 +73,72 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
     }
     begin = s.t, v0 = v1, x = y = turn = 0;
   }
-  // Forward is the direction whose acceleration goes with the speed: the wheel's noise shortens
-  // (xv, yv) and does not turn it, what happens across does not matter but for its scatter. Rows
-  // far off the line (an encoder dies and wakes) are left out of the second fit.
-  constexpr std::size_t kFewest = 8;
-  double n = 0, ux = 0, uy = 0, c = 0, pp = 0, pv = 0, vv = 0, aside = 0, k = 0;
-  const auto left = [&](const Row& r) { return r.dv - k * (ux * r.x + uy * r.y); };
-  for (int pass = 0; pass < 2; ++pass) {
-    if (pass > 0) {
-      std::vector<double> off;
-      double largest = 0;
-      for (const Row& r : rows) {
-        off.push_back(std::fabs(left(r)));
-        largest = std::max(largest, std::fabs(r.dv));
-      }
-      const double far = 4 * std::max(1.4826 * median(off), 0.1 * largest);
-      for (std::size_t j = rows.size(); j-- > 0;)
-        if (off[j] > far) {
-          rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(j));
-          if (j < rows.size()) rows[j].follows = false;
-        }
-    }
-    if (rows.size() < kFewest) return out;
+  return rows;
+}
+
+// dv = k (along u): forward is the direction whose acceleration goes with the speed. The wheel's
+// noise shortens (xv, yv) and does not turn it; what happens across matters for its scatter only.
+struct SpeedLine {
+  double n = 0, ux = 0, uy = 0, k = 0;
+  double c = 0, pp = 0, pv = 0, vv = 0, aside = 0;  // sums of products, means taken off
+
+  double left(const SpeedChange& r) const { return r.dv - k * (ux * r.x + uy * r.y); }
+  // Takes the means off the rows. False: too few, or nothing in them.
+  bool fit(std::vector<SpeedChange>& rows) {
+    constexpr std::size_t kFewest = 8;
+    if (rows.size() < kFewest) return false;
     n = static_cast<double>(rows.size());
-    Row mean{};
-    for (const Row& r : rows) mean.dv += r.dv / n, mean.x += r.x / n, mean.y += r.y / n;
+    SpeedChange mean;
+    for (const auto& r : rows) mean.dv += r.dv / n, mean.x += r.x / n, mean.y += r.y / n;
     double xv = 0, yv = 0;
     vv = pp = pv = aside = 0;
-    for (Row& r : rows) {
+    for (auto& r : rows) {
       r.dv -= mean.dv, r.x -= mean.x, r.y -= mean.y;
       xv += r.x * r.dv, yv += r.y * r.dv, vv += r.dv * r.dv;
     }
     c = std::hypot(xv, yv);
-    if (!(c > 0)) return out;
+    if (!(c > 0)) return false;
     ux = xv / c, uy = yv / c;
-    for (const Row& r : rows) {
+    for (const auto& r : rows) {
       const double p = ux * r.x + uy * r.y, q = uy * r.x - ux * r.y;
       pp += p * p, pv += p * r.dv, aside += q * q;
     }
     k = pv / pp;
+    return true;
   }
-  const double s2 = std::max(vv - pv * pv / pp, 0.0) / (n - 3), along = s2 / (pp * k * k);
+  // Rows far off the line: an encoder dies and wakes.
+  void drop_far(std::vector<SpeedChange>& rows) const {
+    std::vector<double> off;
+    double largest = 0;
+    for (const auto& r : rows) {
+      off.push_back(std::fabs(left(r)));
+      largest = std::max(largest, std::fabs(r.dv));
+    }
+    const double far = 4 * std::max(1.4826 * median(off), 0.1 * largest);
+    for (std::size_t j = rows.size(); j-- > 0;)
+      if (off[j] > far) {
+        rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(j));
+        if (j < rows.size()) rows[j].follows = false;
+      }
+  }
+};
+
+// Scale, mounting heading and noise of the odometer, coarsely: enough to see a wrong unit or an IMU
+// mounted across or backward.
+struct CoarseOdometer {
+  bool found = false;
+  double k = 1, k_std = 0, eps = 0, eps_std = 0, explained = 0;
+  double noise = 0;  // m/s, of the wheel's mean speed over a second
+};
+CoarseOdometer coarse_odometer(std::vector<SpeedChange> rows) {
+  CoarseOdometer out;
+  SpeedLine line;
+  if (!line.fit(rows)) return out;
+  line.drop_far(rows);
+  if (!line.fit(rows)) return out;
+  const double n = line.n, k = line.k, vv = line.vv;
+  const double s2 = std::max(vv - line.pv * line.pv / line.pp, 0.0) / (n - 3),
+               along = s2 / (line.pp * k * k);
   // What is left is the wheel's, or the road's in the IMU (slopes). The noise of a speed ends one
   // window and begins the next, so the wheel's part is correlated by -1/2; slopes make the slope of
   // the line too small, the wheel's noise does not.
@@ -127,7 +146,7 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
   long pairs = 0;
   for (std::size_t j = 1; j < rows.size(); ++j)
     if (rows[j].follows) {
-      next += left(rows[j - 1]) * left(rows[j]);
+      next += line.left(rows[j - 1]) * line.left(rows[j]);
       ++pairs;
     }
   const double wheel =
@@ -135,9 +154,8 @@ CoarseOdometer coarse_odometer(const Drive& drive, const std::vector<OdometerTic
   const double told = vv / n - wheel;
   if (!(told > 0)) return out;
   out.explained = 1 - (s2 - wheel) / told;
-  out.eps = std::atan2(-ux, uy);
-  out.eps_std = std::sqrt(aside / (n - 2) * vv) / c;
-  out.windows = static_cast<int>(rows.size());
+  out.eps = std::atan2(-line.ux, line.uy);
+  out.eps_std = std::sqrt(line.aside / (n - 2) * vv) / line.c;
   // A line by chance has k^2/variance above 20 once in 20,000; a poor one says nothing either.
   out.found = 20 * along < 1 && out.explained > 0.3 && out.eps_std < 15 * deg;
   if (!out.found) return out;
@@ -155,7 +173,8 @@ void coarse_check(const Drive& drive, const DriveMeasurements& m, const FilterOp
                   double first_t, NavigatorConfig& config, std::map<std::string, std::string>& meta,
                   Diagnostics& d) {
   if (config.use_odometer && !o.calibrated) {
-    const CoarseOdometer c = coarse_odometer(drive, m.ticks, or_else(drive.start.t, first_t), d);
+    const CoarseOdometer c =
+        coarse_odometer(speed_changes(drive, m.ticks, or_else(drive.start.t, first_t), d));
     // A slow wheel's noise is seen beside the IMU only (a fast one's: take_scatter).
     if (c.found && m.scatter == 0 && !m.ticks.front().is_speed && given(m.tick_interval)) {
       const double dt = m.tick_interval;
