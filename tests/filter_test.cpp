@@ -546,7 +546,26 @@ TEST(Filter, AMountingIsFoundFromLittle) {
     const double eps = constants["eps_deg"], std = constants["eps_deg_std"];
     EXPECT_NEAR(std::remainder(eps - c.mounting, 360), 0, 4 * std) << c.name;
     EXPECT_LT(std, 1) << c.name;
+    // Noise of the wheel is not read as its scale, which is 1.
+    EXPECT_EQ(r.result.err.find("times the true"), std::string::npos) << c.name << r.result.err;
   }
+}
+// Five minutes at rest whose noise looks like motion, then the road.
+TEST(Filter, ANoisyStandDoesNotHideTheMounting) {
+  const std::string folder = loxo::testing::scratch_folder() + "/filter_noisy_stand";
+  std::ofstream(folder + ".toml")
+      << "seed = 5\n[start]\nlat_deg = 60\nlon_deg = -20\ncourse = \"30 deg\"\nspeed = \"0 m/s\"\n"
+         "[[leg]]\nduration = \"300 s\"\nspeed = \"0 m/s\"\n[[leg]]\nduration = \"6 s\"\nspeed = "
+         "\"6 m/s\"\n[[leg]]\nduration = \"60 s\"\nspeed = \"6 m/s\"\n[[leg]]\nduration = \"20 "
+         "s\"\nspeed = \"2 m/s\"\n[[leg]]\nduration = \"20 s\"\nspeed = \"6 m/s\"\nturn = \"60 "
+         "deg\"\n[mounting]\nheading = \"70 deg\"\n[imu]\nrate = \"50 Hz\"\ngyro_bias = \"0.1 "
+         "deg/h\"\ngyro_noise = \"0.01 deg/sqrt(h)\"\naccel_bias = \"100 ug\"\naccel_noise = \"20 "
+         "ug/sqrt(Hz)\"\n[odometer]\nrate = \"20 Hz\"\nnoise = \"0.05 m\"\n";
+  ASSERT_EQ(loxo::testing::run("simulate --quiet " + folder + ".toml -o " + folder).exit_code, 0);
+  const Ran r = navigate(folder, "filter", "--json");
+  ASSERT_EQ(r.result.exit_code, 0) << r.result.err;
+  const Json constants = parse_json(r.result.out, "stdout")["constants"];
+  EXPECT_NEAR(constants["eps_deg"].get<double>(), 70, 4 * constants["eps_deg_std"].get<double>());
 }
 
 // Readings that scatter more than anybody has declared: what they show is taken, and told, of a
