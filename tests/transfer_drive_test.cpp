@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "loxo/log/drive.hpp"
 #include "loxo/num/units.hpp"
 #include "program.hpp"
 #include "shared_folder.hpp"
@@ -241,6 +242,38 @@ TEST(TransferDrive, AStartByHeadingIsMoved) {
               1e-9);
   EXPECT_NE(text.find("kind = \"static\", duration = \"60 s\""), std::string::npos) << text;
   EXPECT_NE(text.find("heading_std = "), std::string::npos);
+}
+
+// What may be wrong with the start is as wrong at the pole, in each of the ways a start is told.
+TEST(TransferDrive, AStartsErrorsComeAlong) {
+  for (const bool state : {true, false})
+    for (const bool level : {true, false}) {
+      const SlowDrive home(std::string("slow_errors") + (state ? "_state" : "") +
+                           (level ? "_l" : ""));
+      const auto r = columns(slurp(home.folder + "/reference.csv"));
+      const auto at0 = [&](const char* key) { return r.at(key)[0]; };
+      std::string toml = slurp(home.folder + "/drive.toml");
+      if (state)
+        toml += "[start]\nstate = { t_s = 0, x_m = " + at0("x_m") + ", y_m = " + at0("y_m") +
+                ", z_m = " + at0("z_m") + ", qw = 1, qx = 0, qy = 0, qz = 0 }\n";
+      else
+        toml += "[start]\nt_s = 0\nlat_deg = " + at0("lat_deg") + "\nlon_deg = " + at0("lon_deg") +
+                "\nh_m = 0\nattitude = { heading = \"10 deg\"" +
+                (level ? ", pitch = \"0 deg\", roll = \"0 deg\" }\n" : " }\n");
+      toml +=
+          "errors = { position = \"3 m\", velocity = \"0.2 m/s\", level = \"0.3 deg\", heading = "
+          "\"2 deg\" }\n";
+      std::ofstream(home.folder + "/drive.toml") << toml;
+      const std::string polar = home.folder + "_polar";
+      const auto done = run("transfer " + home.folder +
+                            " --angle 41.8deg --meridian 11.5deg --quiet -o " + polar);
+      ASSERT_EQ(done.exit_code, 0) << done.err;
+      const StartSection s = read_drive(polar).start;
+      EXPECT_DOUBLE_EQ(s.position_std, 3) << state << level;
+      EXPECT_DOUBLE_EQ(s.velocity_std, 0.2) << state << level;
+      EXPECT_NEAR(s.level_std / deg, 0.3, 1e-12) << state << level;
+      EXPECT_NEAR(s.heading_std / deg, 2, 1e-12) << state << level;
+    }
 }
 
 TEST(TransferDrive, TheBinaryFormHoldsTheSame) {

@@ -122,4 +122,20 @@ std::string benchmark_section(const NamedBenchmark& b) {
       number_text(b.point.lon / deg), number_text(b.point.h), number_text(b.point.std));
 }
 
+std::string start_section(double t, const Point<Ecef>& r, const Vec<Ecef>& v,
+                          const Quat<Ecef, Body>& q, double position, double velocity, double level,
+                          double heading) {
+  const auto n = [](double x) { return number_text(x); };
+  ErrorsLine errors;
+  errors.add("position", position, "m");
+  errors.add("velocity", velocity, "m/s");
+  errors.add("level", level, "rad");
+  errors.add("heading", heading, "rad");
+  return fmt::format(
+             "\n[start]\nstate = {{ t_s = {}, x_m = {}, y_m = {}, z_m = {}, vx_mps = {}, vy_mps = "
+             "{}, vz_mps = {}, qw = {}, qx = {}, qy = {}, qz = {} }}\n",
+             n(t), n(r.x), n(r.y), n(r.z), n(v.x), n(v.y), n(v.z), n(q.w), n(q.x), n(q.y), n(q.z)) +
+         errors.line();
+}
+
 }  // namespace loxo

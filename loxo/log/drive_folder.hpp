@@ -55,6 +55,12 @@ class ErrorsLine {
   std::string text_;
 };
 
+// [start] with a whole state: ECEF, q body -> ECEF; 1 sigma of each axis of what may be wrong with
+// it, m, m/s, rad, rad (0 or nan: not declared).
+std::string start_section(double t, const Point<Ecef>& r, const Vec<Ecef>& v,
+                          const Quat<Ecef, Body>& q, double position, double velocity, double level,
+                          double heading);
+
 // [imu] of increments in `file` and [reference] in `file` with the solution's columns; the header
 // of the first.
 extern const char* const kImuIncrementHeader;

@@ -9,6 +9,7 @@
 #include "loxo/num/units.hpp"
 
 namespace loxo {
+
 NavigatorConfig settings_of(const Drive& drive, const FilterOptions& o, double imu_interval,
                             double odometer_interval, bool odometer_is_speed, double mean_speed,
                             std::map<std::string, std::string>& meta) {

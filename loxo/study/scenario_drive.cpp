@@ -21,7 +21,7 @@ namespace {
 // in a second or so.
 constexpr double kPoleCap = 10;  // m
 
-std::string start_section(const Scenario& s, const Truth& truth) {
+std::string wrong_start(const Scenario& s, const Truth& truth) {
   const auto& e = s.start_error;
   EcefState<double> x = truth.state;
   const Vec<Ecef> right_axis = cross(truth.forward, truth.up);
@@ -33,18 +33,8 @@ std::string start_section(const Scenario& s, const Truth& truth) {
   x.q_eb = exp_rotation<Ecef, Ecef>(-of_track(e.tilt_right, e.tilt_forward, e.tilt_up)) * x.q_eb;
   // What is wrong with it is declared as a data sheet would: 1 sigma of each axis.
   const auto each = [](double a, double b) { return std::hypot(a, b) / std::sqrt(2.0); };
-  ErrorsLine errors;
-  errors.add("position", each(e.right, e.forward), "m");
-  errors.add("velocity", each(e.v_right, e.v_forward), "m/s");
-  errors.add("level", each(e.tilt_right, e.tilt_forward), "rad");
-  errors.add("heading", std::fabs(e.tilt_up), "rad");
-  return fmt::format(
-             "\n[start]\nstate = {{ t_s = 0, x_m = {}, y_m = {}, z_m = {}, vx_mps = {}, vy_mps = "
-             "{}, vz_mps = {}, qw = {}, qx = {}, qy = {}, qz = {} }}\n",
-             number_text(x.r.x), number_text(x.r.y), number_text(x.r.z), number_text(x.v.x),
-             number_text(x.v.y), number_text(x.v.z), number_text(x.q_eb.w), number_text(x.q_eb.x),
-             number_text(x.q_eb.y), number_text(x.q_eb.z)) +
-         errors.line();
+  return start_section(0, x.r, x.v, x.q_eb, each(e.right, e.forward), each(e.v_right, e.v_forward),
+                       each(e.tilt_right, e.tilt_forward), std::fabs(e.tilt_up));
 }
 
 std::string vector_of(const Vec<Body>& v, const char* unit) {
@@ -273,7 +263,7 @@ SimulatedDrive write_scenario(const Scenario& s, const std::string& folder,
   SimulatedDrive made;
   std::string benchmarks;
   TrajectoryWalk walk(s.trajectory);
-  const std::string start = start_section(s, walk.truth());
+  const std::string start = wrong_start(s, walk.truth());
   const bool needs_memory = s.odometer.present && s.odometer.delay > 0;
   double last_way = 0;
   std::uint64_t fix_number = 0, height_number = 0, compass_number = 0, log_number = 0;

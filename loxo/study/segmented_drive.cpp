@@ -61,7 +61,7 @@ SegmentedResult segmented_drive(const Drive& drive, const FilterOptions& o, cons
   c.scale_std = std::max(settings.scale_std, 0.05);
   c.quantisation = settings.quantisation;
   // Of a second, from those of a reading.
-  const double readings = std::max(1.0, 1 / m.tick_interval);
+  const double readings = std::clamp(1 / m.tick_interval, 1.0, 1e3);  // equal stamps: no rate
   if (settings.scale_noise > 0) c.scale_noise = settings.scale_noise / std::sqrt(readings);
   c.way_noise = std::sqrt(readings * settings.reading_noise * settings.reading_noise +
                           m.mean_way * settings.way_noise * settings.way_noise);

@@ -265,14 +265,9 @@ class SlowSections {
   Diagnostics& d_;
 };
 
-std::string state_text(double t, const EcefPose<double>& e) {
-  const auto q = to_quaternion(e.C_eb);
-  const auto n = [](double x) { return number_text(x); };
-  return fmt::format(
-      "\n[start]\nstate = {{ t_s = {}, x_m = {}, y_m = {}, z_m = {}, vx_mps = {}, vy_mps = {}, "
-      "vz_mps = {}, qw = {}, qx = {}, qy = {}, qz = {} }}\n",
-      n(t), n(e.r.x), n(e.r.y), n(e.r.z), n(e.v.x), n(e.v.y), n(e.v.z), n(q.w), n(q.x), n(q.y),
-      n(q.z));
+std::string moved_state(double t, const EcefPose<double>& e, const StartSection& s) {
+  return start_section(t, e.r, e.v, to_quaternion(e.C_eb), s.position_std, s.velocity_std,
+                       s.level_std, s.heading_std);
 }
 
 // The drive's own start, moved, with its own errors; nothing where it has none that can be moved.
@@ -283,7 +278,7 @@ std::string own_start(const Drive& drive, const MovedTrack& track) {
     e.r = {s.r[0], s.r[1], s.r[2]};
     e.v = {s.v[0], s.v[1], s.v[2]};
     e.C_eb = to_matrix(Quat<Ecef, Body, double>{s.q[0], s.q[1], s.q[2], s.q[3]});
-    return state_text(s.state_t, track.pose(s.state_t, e));
+    return moved_state(s.state_t, track.pose(s.state_t, e), s);
   }
   if (!std::isfinite(s.t) || !std::isfinite(s.lat) || !std::isfinite(s.heading) ||
       !track.covers(s.t))
@@ -310,7 +305,10 @@ std::string own_start(const Drive& drive, const MovedTrack& track) {
     add("roll", s.roll);
     add("heading_std", s.heading_std);
     add("level_std", s.level_std);
-    return toml + "attitude = { " + attitude + " }\n";
+    ErrorsLine errors;  // those of the attitude stand with it
+    errors.add("position", s.position_std, "m");
+    errors.add("velocity", s.velocity_std, "m/s");
+    return toml + "attitude = { " + attitude + " }\n" + errors.line();
   }
   EcefPose<double> e;
   const auto axes = transpose(geographic_axes(s.lat, s.lon));
@@ -318,7 +316,7 @@ std::string own_start(const Drive& drive, const MovedTrack& track) {
   e.r = to_ecef(drive.ellipsoid, home);
   e.v = axes * Vec<Geographic, double>{some(s.ve), some(s.vn), some(s.vu)};
   e.C_eb = axes * to_matrix<Geographic>(Euler<double>{s.heading, s.pitch, s.roll});
-  return state_text(s.t, track.pose(s.t, e));
+  return moved_state(s.t, track.pose(s.t, e), s);
 }
 
 std::string ellipsoid_text(const Ellipsoid& e) {
@@ -486,7 +484,7 @@ TransferResult transfer_drive(const Drive& drive, const TransferSettings& settin
     while (first + 1 < reference.epochs.size() && reference.epochs[first].t < out.begin_t - 1e-6)
       ++first;
     const ReferenceEpoch& epoch = reference.epochs[first];
-    start = state_text(epoch.t, track.pose(epoch.t, epoch.e));
+    start = moved_state(epoch.t, track.pose(epoch.t, epoch.e), {});
     diagnostics.note("start", drive.path,
                      fmt::format("the moved drive starts from the moved reference at {} s: the "
                                  "drive's own start gives no attitude that could be moved",
